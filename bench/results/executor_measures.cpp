@@ -92,8 +92,8 @@ ExecutorMeasures::ExecutorMeasures(std::string executor, const TaskSet& set, con
 
 void ExecutorMeasures::begin(Time epoch, Time end) {
   length_ += end - epoch;
-  current_.emplace(Current{epoch + options_.warm_up, end, {}, std::nullopt});
-  current_->of_timers.resize(set_.size());
+  current_.emplace(Current{epoch + options_.warm_up, end, std::vector<StartDistances>(set_.size()), {}, {}});
+  current_->counted.resize(set_.size());
   if (timers_only_) current_->next_calls.emplace(set_);
 }
 
@@ -103,26 +103,22 @@ void ExecutorMeasures::add(const JobRecord& r) {
   TaskSummary& task = summary_.tasks[id];
   task.add(set_[id], r, counted_from, current_->end);
   if (current_->next_calls) current_->next_calls->add(r);
-  if (!counts(r, counted_from)) return;
+  const bool counted = counts(r, counted_from);
+  if (task.kind == TaskKind::timer && r.outcome == Outcome::ran)
+    current_->starts[id].add(r, counted, [&](Duration period) { periods_[id].push_back(period); });
+  if (!counted) return;
   responses_[id].push_back(to_ms(r.response_time()));
-  if (task.kind == TaskKind::timer) current_->of_timers[id].push_back({r.job.sequence, r.start, r.finish});
-}
-
-void ExecutorMeasures::end_timer(TaskId timer, std::vector<CountedJob> jobs) {
-  if (current_->next_calls) {
-    for (const CountedJob& job : jobs) {
-      const Time next_call = current_->next_calls->at(timer, job.start);
-      authors_[timer].push_back(to_ms(response_authors(set_[timer], next_call, job.finish)));
-    }
-  }
-  std::ranges::sort(jobs, {}, &CountedJob::sequence);
-  for (std::size_t k = 1; k < jobs.size(); ++k) periods_[timer].push_back(jobs[k].start - jobs[k - 1].start);
+  if (current_->next_calls) current_->counted[id].emplace_back(r.start, r.finish);
 }
 
 void ExecutorMeasures::end(std::uint32_t repetition, const ProcessUsage& usage, std::uint64_t lost_records,
                            const std::vector<TaskAccount>& accounts) {
   if (current_->next_calls) current_->next_calls->sort();
-  for (TaskId id = 0; id < set_.size(); ++id) end_timer(id, std::move(current_->of_timers[id]));
+  for (TaskId id = 0; id < set_.size(); ++id) {
+    current_->starts[id].end([&](Duration period) { periods_[id].push_back(period); });
+    for (const auto& [start, finish] : current_->counted[id])
+      authors_[id].push_back(to_ms(response_authors(set_[id], current_->next_calls->at(id, start), finish)));
+  }
   current_.reset();
   summary_.usage += usage;
   summary_.lost_records += lost_records;

@@ -13,8 +13,8 @@
 namespace hotpath::results {
 
 /// Collects the summary of one executor job by job, in 8 bytes per counted job, 8 more per counted job of a
-/// timer, and 24 per counted job of a timer in the current repetition, for sets without subscriptions 40. A
-/// measure over single jobs belongs into add(const JobRecord&).
+/// timer, and for sets without subscriptions 32 per counted job of the current repetition. A measure over
+/// single jobs belongs into add(const JobRecord&).
 class ExecutorMeasures {
  public:
   /// The arguments must outlive it.
@@ -33,14 +33,11 @@ class ExecutorMeasures {
   [[nodiscard]] static Summary summary(std::vector<ExecutorMeasures> all, const SummaryOptions& options);
 
  private:
-  struct CountedJob {
-    std::uint64_t sequence;
-    Time start, finish;
-  };
   struct Current {
     Time counted_from, end;
-    std::vector<std::vector<CountedJob>> of_timers;  // by task
-    std::optional<NextCalls> next_calls;             // for sets without subscriptions
+    std::vector<StartDistances> starts;                       // by task
+    std::optional<NextCalls> next_calls;                      // for sets without subscriptions
+    std::vector<std::vector<std::pair<Time, Time>>> counted;  // with them: starts and finishes by task
   };
   /// Latencies of one repetition, in milliseconds.
   struct Latencies {
@@ -51,8 +48,6 @@ class ExecutorMeasures {
     RepeatedSamples hot_path, end_to_end;
   };
 
-  /// Adds the measures of a timer's counted jobs in the repetition that ends.
-  void end_timer(TaskId timer, std::vector<CountedJob> jobs);
   /// Completes the summary, without comparisons.
   void finish();
   void finish_task(TaskId id);

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <map>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
@@ -30,6 +32,41 @@ namespace hotpath::results {
 [[nodiscard]] inline Duration period_deviation(const Task& timer, Duration start_to_start) {
   return std::chrono::abs(start_to_start - timer.period);
 }
+
+/// The distances between the starts of consecutive counted jobs of a timer in one repetition. Jobs that end
+/// out of order wait for the earlier ones.
+class StartDistances {
+ public:
+  /// Adds a job that ran, and passes on the distances that become known.
+  void add(const JobRecord& r, bool counted, const auto& use) {
+    const Started job{r.start, r.job.sequence + 1 + r.job.skipped, counted};
+    if (waiting_.empty() && r.job.sequence <= next_) return take(job, use);
+    waiting_.emplace(r.job.sequence, job);
+    while (!waiting_.empty() && waiting_.begin()->first <= next_) take_first(use);
+  }
+  /// A job that still waits or runs at the end is left out.
+  void end(const auto& use) {
+    while (!waiting_.empty()) take_first(use);
+  }
+
+ private:
+  struct Started {
+    Time start;
+    std::uint64_t next = 0;  // sequence of the next job
+    bool counted = false;
+  };
+  void take(const Started& job, const auto& use) {
+    next_ = job.next;
+    if (!job.counted) return;
+    if (before_) use(job.start - *before_);
+    before_ = job.start;
+  }
+  void take_first(const auto& use) { take(waiting_.extract(waiting_.begin()).mapped(), use); }
+
+  std::map<std::uint64_t, Started> waiting_;  // by sequence
+  std::optional<Time> before_;
+  std::uint64_t next_ = 0;
+};
 
 /// Whether the set has no subscriptions.
 [[nodiscard]] inline bool timers_only(const TaskSet& set) {

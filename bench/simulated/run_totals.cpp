@@ -21,6 +21,11 @@ void RunTotals::Extremes::add_to(Quantiles& q) const {
   q.mean = sum / static_cast<double>(q.n);
 }
 
+void RunTotals::OfTask::add_period(const Task& timer, Duration period) {
+  periods.add(period);
+  deviations.add(results::period_deviation(timer, period));
+}
+
 void RunTotals::ended(const JobRecord& record) {
   chains_.add_end(record);
   OfTask& t = of_task_[record.job.task];
@@ -28,7 +33,7 @@ void RunTotals::ended(const JobRecord& record) {
   const Task& task = set_[record.job.task];
   t.add(task, record, counted_from_, end_);
   if (task.kind == TaskKind::timer && record.outcome == Outcome::ran) {
-    t.periods.add(record, task, record.job.timestamp >= counted_from_);
+    t.starts.add(record, record.job.timestamp >= counted_from_, [&](Duration d) { t.add_period(task, d); });
   }
   if (results::counts(record, counted_from_)) t.responses.add(record.response_time());
 }
@@ -36,34 +41,19 @@ void RunTotals::ended(const JobRecord& record) {
 void RunTotals::add_to(results::ExecutorSummary& summary, std::size_t repetition) {
   for (TaskId id = 0; id < set_.size(); ++id) {
     OfTask& t = of_task_[id];
-    t.periods.end(set_[id]);
+    t.starts.end([&](Duration period) { t.add_period(set_[id], period); });
     summary.each[repetition].deadline_overruns += t.after_warm_up.deadline_overruns;
     summary.after_warm_up += t.after_warm_up;
     results::TaskSummary& task = summary.tasks[id];
     task.after_warm_up += t.after_warm_up;
     task.longest_wait = std::max(task.longest_wait, t.longest_wait);
-    t.periods.add_to(task);
     t.responses.add_to(task.response_ms);
+    if (t.periods.n == 0) continue;
+    if (!task.period_ms) task.period_ms.emplace(), task.period_deviation_ms.emplace();
+    t.periods.add_to(*task.period_ms);
+    t.deviations.add_to(*task.period_deviation_ms);
+    task.period_deviation_ms->min = kNoValue;
   }
-}
-
-void RunTotals::Periods::take(const Started& job, const Task& timer) {
-  next_ = job.next;
-  if (!job.counted) return;
-  if (before_) {
-    const Duration period = job.start - *before_;
-    distances_.add(period);
-    deviations_.add(results::period_deviation(timer, period));
-  }
-  before_ = job.start;
-}
-
-void RunTotals::Periods::add_to(results::TaskSummary& task) const {
-  if (distances_.n == 0) return;
-  if (!task.period_ms) task.period_ms.emplace(), task.period_deviation_ms.emplace();
-  distances_.add_to(*task.period_ms);
-  deviations_.add_to(*task.period_deviation_ms);
-  task.period_deviation_ms->min = kNoValue;
 }
 
 }  // namespace hotpath::simulated

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <map>
 #include <optional>
 #include <vector>
 
@@ -52,37 +51,12 @@ class RunTotals final : public JobSink {
     void add(Duration value);
     void add_to(Quantiles& q) const;
   };
-  /// Distances of a timer's starts. Jobs that end out of order wait for the earlier ones.
-  struct Periods {
-    void add(const JobRecord& r, const Task& timer, bool counted) {
-      const Started job{r.start, r.job.sequence + 1 + r.job.skipped, counted};
-      if (waiting_.empty() && r.job.sequence <= next_) return take(job, timer);
-      waiting_.emplace(r.job.sequence, job);
-      while (!waiting_.empty() && waiting_.begin()->first <= next_) take_first(timer);
-    }
-    /// A job that still waits or runs at the end is left out.
-    void end(const Task& timer) {
-      while (!waiting_.empty()) take_first(timer);
-    }
-    void add_to(results::TaskSummary& task) const;
-
-   private:
-    struct Started {
-      Time start;
-      std::uint64_t next = 0;  // sequence of the next job
-      bool counted = false;
-    };
-    void take(const Started& job, const Task& timer);
-    void take_first(const Task& timer) { take(waiting_.extract(waiting_.begin()).mapped(), timer); }
-    Extremes distances_, deviations_;
-    std::map<std::uint64_t, Started> waiting_;  // by sequence
-    std::optional<Time> before_;
-    std::uint64_t next_ = 0;
-  };
   struct OfTask : results::TaskTotals {
     TaskAccount account;
-    Periods periods;
-    Extremes responses;
+    results::StartDistances starts;
+    Extremes responses, periods, deviations;
+
+    void add_period(const Task& timer, Duration period);
   };
   const TaskSet& set_;
   const Time counted_from_, end_;
