@@ -36,17 +36,14 @@ std::vector<std::string> write_executor_files(const Candidate& candidate, const 
                                                            : "The graph of executor.yaml.";
   write_graph(folder / "graph.yaml", graph, {priorities, {}}, program::write_with_folder);
 
-  const ExecutorEntry& entry = *executor.entry;
   const SchedulerOptions& scheduler = executor.scheduler;
-  const bool queue = entry.traits.family == Family::priority_events;
+  const bool queue = executor.entry->traits.family == Family::priority_events;
   std::string options = concat(
       "# Options of hotpath_rclcpp's PriorityExecutor, for each process of the system:\n"
       "# PriorityExecutorOptions::from_file(), or the parameter `config` of\n"
       "# component_container_hotpath. Paths are relative to this file.\n",
-      "executor: ", entry.name);
-  if (queue && scheduler.rule != SubscriptionRule::inherit) options += concat(":", to_string(scheduler.rule));
-  if (queue && scheduler.ties != Ties::lifo) options += concat(":", to_string(scheduler.ties));
-  options += concat("\nthreads: ", candidate.load.threads / parts.size(), "\ngraph: graph.yaml\n");
+      "executor: ", setup::name_with_rules(*executor.entry, scheduler),
+      "\nthreads: ", candidate.load.threads / parts.size(), "\ngraph: graph.yaml\n");
   // Of graphs, the default is 0; a robot whose graph states none has services of parameters all the same.
   const bool stated = scheduler.service_wait > Duration::zero();
   if (queue)

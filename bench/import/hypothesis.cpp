@@ -7,6 +7,7 @@
 #include <set>
 
 #include "program/text.hpp"
+#include "setup/executor_spec.hpp"
 
 namespace hotpath::imports {
 
@@ -110,8 +111,7 @@ std::vector<Hypothesis> possible_hypotheses(const RecordedSteps& recorded, bool 
       Hypothesis& variant = possible.emplace_back(plain);
       variant.options.rule = rule;
       variant.options.ties = ties;
-      if (rule != plain.options.rule) variant.label += program::concat(":", to_string(rule));
-      if (ties != plain.options.ties) variant.label += program::concat(":", to_string(ties));
+      variant.label = setup::name_with_rules(entry, variant.options);
     }
   }
   return possible;

@@ -37,40 +37,30 @@ std::string find_in_ros(const std::string& path, int mode) {
   return "";
 }
 
-/// In the notation of PriorityExecutorOptions, with rule and ties; `threads` is a separate key.
-std::string executor_text(const setup::ExecutorSpec& executor) {
-  std::string name(executor.entry->name);
-  if (executor.entry->traits.family != Family::priority_events) return name;
-  return program::concat(name, ":", to_string(executor.scheduler.rule), ":",
-                         to_string(executor.scheduler.ties));
-}
-
 json plan_json(const Plan& plan, const RunMemory& memory, const Channel& coordinator) {
   const RunMemory::Size size = memory_size(plan, 0);
-  const bool manages_timers = plan.executor.entry->traits.timers != TimerHandling::polled;
   json phases = json::array();
   for (const Task& task : plan.tasks.set.tasks) phases.push_back(task.phase.count());
   fcntl(memory.descriptor(), F_SETFD, 0);
-  json settings = {
-      {"layout", kRunLayout},
-      {"graph", plan.rclcpp.graph_file},
-      {"executor", executor_text(plan.executor)},
-      {"threads", worker_count(*plan.executor.entry, plan.executor.scheduler) - (manages_timers ? 1 : 0)},
-      {"phases_ns", phases},
-      {"work", to_string(plan.graph->work)},
-      {"divisions_per_us", plan.calibration.divisions_per_us},
-      {"namespace", "/hotpath_" + std::to_string(getppid())},
-      {"cpus", plan.cpus},
-      {"lock_memory", plan.lock_memory},
-      {"time_out_ns", set_up_limit(plan).count()},
-      {"channel", coordinator.for_program()},
-      {"memory",
-       {{"descriptor", memory.descriptor()},
-        {"tasks", size.tasks},
-        {"workers", size.workers},
-        {"jobs", size.jobs},
-        {"chains", size.chains},
-        {"executors", size.executors}}}};
+  json settings = {{"layout", kRunLayout},
+                   {"graph", plan.rclcpp.graph_file},
+                   {"executor", setup::name_with_rules(*plan.executor.entry, plan.executor.scheduler)},
+                   {"threads", setup::job_threads(plan.executor)},
+                   {"phases_ns", phases},
+                   {"work", to_string(plan.graph->work)},
+                   {"divisions_per_us", plan.calibration.divisions_per_us},
+                   {"namespace", "/hotpath_" + std::to_string(getppid())},
+                   {"cpus", plan.cpus},
+                   {"lock_memory", plan.lock_memory},
+                   {"time_out_ns", set_up_limit(plan).count()},
+                   {"channel", coordinator.for_program()},
+                   {"memory",
+                    {{"descriptor", memory.descriptor()},
+                     {"tasks", size.tasks},
+                     {"workers", size.workers},
+                     {"jobs", size.jobs},
+                     {"chains", size.chains},
+                     {"executors", size.executors}}}};
   if (plan.rclcpp.load_percent) settings["load"] = *plan.rclcpp.load_percent;
   if (plan.executor_policy) settings["executor_policy"] = to_string(*plan.executor_policy);
   if (plan.timer_policy) settings["timer_policy"] = to_string(*plan.timer_policy);

@@ -48,6 +48,14 @@ ExecutorSpec parse_executor(const std::string& label, const SchedulerOptions& de
   return spec;
 }
 
+std::string name_with_rules(const ExecutorEntry& entry, const SchedulerOptions& scheduler) {
+  std::string name(entry.name);
+  if (entry.traits.family != Family::priority_events) return name;
+  if (scheduler.rule != SchedulerOptions{}.rule) name += program::concat(":", to_string(scheduler.rule));
+  if (scheduler.ties != SchedulerOptions{}.ties) name += program::concat(":", to_string(scheduler.ties));
+  return name;
+}
+
 unsigned job_threads(const ExecutorSpec& executor) {
   const bool timer_thread = executor.entry->traits.timers != TimerHandling::polled;
   return worker_count(*executor.entry, executor.scheduler) - (timer_thread ? 1 : 0);

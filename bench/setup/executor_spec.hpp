@@ -55,6 +55,9 @@ struct Deployed {
 /// Throws UsageError that lists the known executors.
 ExecutorSpec parse_executor(const std::string& text, const SchedulerOptions& defaults);
 
+/// `NAME[:RULE][:TIES]`: without defaults, and without the number of threads.
+[[nodiscard]] std::string name_with_rules(const ExecutorEntry& entry, const SchedulerOptions& scheduler);
+
 /// The paper's executors (Section VII), and the whole registry.
 std::vector<std::string> paper_executor_names();
 std::vector<std::string> all_executor_names();
