@@ -104,13 +104,6 @@ json quantiles_us(std::vector<double> all) {
   return {{"p50", ranked(50)}, {"p90", ranked(90)}, {"p99", ranked(99)}, {"max", ranked(100)}};
 }
 
-json delivery_json(const MeasuredDelivery& delivery) {
-  return {{"n", delivery.n},
-          {"least_us", to_us(delivery.least)},
-          {"median_us", to_us(delivery.median)},
-          {"greatest_us", to_us(delivery.greatest)}};
-}
-
 /// The data of the trace about each task.
 json tasks_json(const Facts& facts) {
   const RecordedGraph& graph = facts.imported.found.graph;
@@ -281,6 +274,7 @@ json import_json(const Facts& facts) {
   const Imported& imported = facts.imported;
   const tracing::System& system = facts.system;
   const Reproduction& best = imported.best;
+  const MeasuredCost delivery = measured_delivery(best.costs);
   json tried = json::array();
   for (const auto& [label, similarity] : best.tried)
     tried.push_back({{"executor", label}, {"similarity", similarity}});
@@ -297,7 +291,11 @@ json import_json(const Facts& facts) {
           {"executors", executors_json(facts)},
           {"tried", tried},
           {"execution_times", to_string(best.graph.platform.execution_times)},
-          {"delivery", delivery_json(measured_delivery(best.costs))},
+          {"delivery",
+           {{"n", delivery.n},
+            {"least_us", to_us(delivery.least)},
+            {"median_us", to_us(delivery.median)},
+            {"greatest_us", to_us(delivery.greatest)}}},
           {"deliveries", deliveries_json(system, imported.deliveries)},
           {"tasks", tasks_json(facts)},
           {"rules", rules_json(facts)},
@@ -309,7 +307,7 @@ void print_import(std::ostream& out, const Facts& facts, const std::filesystem::
   const Imported& imported = facts.imported;
   const Reproduction& best = imported.best;
   const SelfCheck& check = best.check;
-  const MeasuredDelivery delivery = measured_delivery(best.costs);
+  const MeasuredCost delivery = measured_delivery(best.costs);
   std::vector<std::string> executors, light = check.reasons, uncertain = defects(facts), missing;
   for (std::size_t e = 0; e < best.labels.size(); ++e) {
     const Recognition& r = imported.recognitions[e];

@@ -20,14 +20,17 @@ constexpr std::size_t kEnough = 100;
 /// Times before the starts of jobs, with the kind of each job.
 using Gaps = std::vector<std::pair<TaskKind, Duration>>;
 
+MeasuredCost cost_of(std::vector<Duration> samples) {
+  if (samples.empty()) return {};
+  std::ranges::sort(samples);
+  const auto at = [&](std::size_t percent) { return samples[(samples.size() - 1) * percent / 100]; };
+  return {samples.size(), at(0), at(50), at(90), at(100)};
+}
 MeasuredCost cost_of(const Gaps& gaps, std::optional<TaskKind> kind = {}) {
   std::vector<Duration> samples;
   for (const auto& [of, gap] : gaps)
     if (!kind || of == *kind) samples.push_back(gap);
-  if (samples.empty()) return {};
-  std::ranges::sort(samples);
-  const auto at = [&](std::size_t percent) { return samples[(samples.size() - 1) * percent / 100]; };
-  return {samples.size(), at(50), at(90)};
+  return cost_of(std::move(samples));
 }
 
 /// The gaps before the jobs of an executor.
@@ -174,12 +177,10 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
   return costs;
 }
 
-MeasuredDelivery measured_delivery(std::span<const RecordedCosts> costs) {
+MeasuredCost measured_delivery(std::span<const RecordedCosts> costs) {
   std::vector<Duration> all;
   for (const RecordedCosts& of : costs) all.insert(all.end(), of.deliveries.begin(), of.deliveries.end());
-  if (all.empty()) return {};
-  std::ranges::sort(all);
-  return {all.size(), all.front(), all[(all.size() - 1) / 2], all.back()};
+  return cost_of(std::move(all));
 }
 
 Displacement recorded_displacement(const tracing::System& system, const RecordedWindow& window) {

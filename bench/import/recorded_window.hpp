@@ -45,10 +45,10 @@ struct RecordedWindow {
   std::span<const JobRecord> records;  ///< Parallel to `jobs`; task kNoTask: not in the graph.
 };
 
-/// A measured cost.
+/// Measured times.
 struct MeasuredCost {
   std::size_t n = 0;
-  Duration median{}, p90{};
+  Duration least{}, median{}, p90{}, greatest{};
 };
 
 /// The costs of an executor, from the gaps between the jobs of its threads.
@@ -69,13 +69,8 @@ inline constexpr std::array<std::pair<const char*, MeasuredCost RecordedCosts::*
      {"wait", &RecordedCosts::wait},
      {"wake_up", &RecordedCosts::wake_up}}};
 
-/// How long samples took until a thread that slept could take them, with its wake-up.
-struct MeasuredDelivery {
-  std::size_t n = 0;
-  Duration least{}, median{}, greatest{};
-};
-/// Of all executors.
-[[nodiscard]] MeasuredDelivery measured_delivery(std::span<const RecordedCosts> costs);
+/// How long samples of all executors took until a thread that slept could take them, with its wake-up.
+[[nodiscard]] MeasuredCost measured_delivery(std::span<const RecordedCosts> costs);
 
 /// How threads of the ordinary policy took turns on processors.
 struct TimeSlices {

@@ -104,7 +104,7 @@ class Way {
     };
     std::vector<RecordedCosts> costs = measure({});
     if (std::ranges::all_of(costs, [](const RecordedCosts& c) { return c.dispatch.n > 0; })) return costs;
-    return measure({0, mean(costs, [](const RecordedCosts& c) { return c.dispatch; }), {}});
+    return measure({.median = mean(costs, [](const RecordedCosts& c) { return c.dispatch; })});
   }
 
   /// The mean of the executors' medians, weighted by jobs.
