@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <compare>
 #include <optional>
@@ -37,8 +36,7 @@ struct Objective {
   }
 };
 constexpr auto enum_texts(Objective::Statistic) {
-  using enum Objective::Statistic;
-  return std::to_array<EnumText<Objective::Statistic>>({{median, "median"}, {p99, "p99"}, {worst, "worst"}});
+  return texts_in_order<Objective::Statistic>({"median", "p99", "worst"});
 }
 /// The quantile of latencies that a statistic is.
 [[nodiscard]] const QuantileTraits& quantile_of(Objective::Statistic statistic);

@@ -18,9 +18,7 @@ namespace {
 /// What --as writes instead of the description.
 enum class Form : std::uint8_t { dot, cie };
 
-constexpr auto enum_texts(Form) {
-  return std::to_array<EnumText<Form>>({{Form::dot, "dot"}, {Form::cie, "cie"}});
-}
+constexpr auto enum_texts(Form) { return texts_in_order<Form>({"dot", "cie"}); }
 
 /// What --new writes.
 constexpr const char* kExample =

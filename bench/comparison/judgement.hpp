@@ -10,10 +10,7 @@ namespace hotpath::comparison {
 
 enum class Verdict : std::uint8_t { worse, better, same, not_comparable };
 constexpr auto enum_texts(Verdict) {
-  return std::to_array<EnumText<Verdict>>({{Verdict::worse, "worse"},
-                                           {Verdict::better, "better"},
-                                           {Verdict::same, "no difference beyond noise"},
-                                           {Verdict::not_comparable, "not comparable"}});
+  return texts_in_order<Verdict>({"worse", "better", "no difference beyond noise", "not comparable"});
 }
 
 /// The probability of any false alarm, and of finding a detectable growth.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <compare>
 #include <cstdint>
 #include <filesystem>
@@ -23,9 +22,7 @@ inline constexpr double kNothing_ms = 1e-6;
 
 /// What was recorded from another system is live.
 enum class Source : std::uint8_t { live, simulated };
-constexpr auto enum_texts(Source) {
-  return std::to_array<EnumText<Source>>({{Source::live, "live"}, {Source::simulated, "simulated"}});
-}
+constexpr auto enum_texts(Source) { return texts_in_order<Source>({"live", "simulated"}); }
 
 /// What both sides must have to be compared, in the order of the rows.
 struct Key {
@@ -60,13 +57,8 @@ struct Samples {
 /// What the gate judges, one value per repetition: statistics of a latency (ms), then counts.
 enum class Measure : std::uint8_t { mean, p50, p99, losses, outputs, jobs, repetitions };
 constexpr auto enum_texts(Measure) {
-  return std::to_array<EnumText<Measure>>({{Measure::mean, "mean"},
-                                           {Measure::p50, "p50"},
-                                           {Measure::p99, "p99"},
-                                           {Measure::losses, "lost jobs and samples"},
-                                           {Measure::outputs, "outputs"},
-                                           {Measure::jobs, "jobs"},
-                                           {Measure::repetitions, "repetitions"}});
+  return texts_in_order<Measure>(
+      {"mean", "p50", "p99", "lost jobs and samples", "outputs", "jobs", "repetitions"});
 }
 
 using Series = std::map<std::int64_t, double>;  ///< By number of the repetition.

@@ -21,10 +21,7 @@ enum class DeliverySource : std::uint8_t {
   starts,    ///< An executor that queues samples in the order of arrival ran them in this order.
 };
 constexpr auto enum_texts(DeliverySource) {
-  return std::to_array<EnumText<DeliverySource>>({{DeliverySource::unknown, "unknown"},
-                                                  {DeliverySource::creation, "creation"},
-                                                  {DeliverySource::ids, "ids"},
-                                                  {DeliverySource::starts, "starts"}});
+  return texts_in_order<DeliverySource>({"unknown", "creation", "ids", "starts"});
 }
 
 /// The order in which samples of one topic reach its subscriptions, as far as a trace shows it.

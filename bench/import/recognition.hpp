@@ -17,10 +17,7 @@ enum class Verdict : std::uint8_t {
   none_fits,
 };
 constexpr auto enum_texts(Verdict) {
-  return std::to_array<EnumText<Verdict>>({{Verdict::recognised, "recognised"},
-                                           {Verdict::tie, "tie"},
-                                           {Verdict::undecided, "undecided"},
-                                           {Verdict::none_fits, "none fits"}});
+  return texts_in_order<Verdict>({"recognised", "tie", "undecided", "none fits"});
 }
 
 /// By pair of tasks, the smaller one first: how many more contradictions there are if it comes second.

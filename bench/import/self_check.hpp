@@ -13,10 +13,7 @@
 namespace hotpath::imports {
 
 enum class Light : std::uint8_t { green, yellow, red };
-constexpr auto enum_texts(Light) {
-  return std::to_array<EnumText<Light>>(
-      {{Light::green, "green"}, {Light::yellow, "yellow"}, {Light::red, "red"}});
-}
+constexpr auto enum_texts(Light) { return texts_in_order<Light>({"green", "yellow", "red"}); }
 
 /// A recorded system compared with the simulation of its graph under the recorded conditions.
 struct SelfCheck {

@@ -24,10 +24,7 @@ enum class RunKind : std::uint8_t {
   simulated,
   recorded,  ///< Imported from a trace of another system.
 };
-constexpr auto enum_texts(RunKind) {
-  return std::to_array<EnumText<RunKind>>(
-      {{RunKind::live, "live"}, {RunKind::simulated, "simulated"}, {RunKind::recorded, "recorded"}});
-}
+constexpr auto enum_texts(RunKind) { return texts_in_order<RunKind>({"live", "simulated", "recorded"}); }
 
 /// An input file of the run, of which its folder holds a copy.
 struct InputRecord {

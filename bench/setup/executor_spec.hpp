@@ -18,9 +18,7 @@ enum class Stack : std::uint8_t {
   native,  ///< hotpath's own executors and transports.
   rclcpp,  ///< ROS 2, through the program hotpath_rclcpp_runner of a ROS 2 workspace.
 };
-constexpr auto enum_texts(Stack) {
-  return std::to_array<EnumText<Stack>>({{Stack::native, "native"}, {Stack::rclcpp, "rclcpp"}});
-}
+constexpr auto enum_texts(Stack) { return texts_in_order<Stack>({"native", "rclcpp"}); }
 
 /// An executor, or a deployment of several executors. A user names an executor by its
 /// ExecutorLabel. Variants: `inherit`, `first` (rule for subscriptions), `lifo`, `fifo` (ties), or

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <functional>
 #include <map>
 #include <optional>
@@ -49,10 +48,7 @@ struct Requirement {
 
 /// The quantity that grows from level to level.
 enum class Over : std::uint8_t { load, rate, copies };
-constexpr auto enum_texts(Over) {
-  return std::to_array<EnumText<Over>>(
-      {{Over::load, "load"}, {Over::rate, "rate"}, {Over::copies, "copies"}});
-}
+constexpr auto enum_texts(Over) { return texts_in_order<Over>({"load", "rate", "copies"}); }
 
 struct CapacityOptions : simulated::Options {
   Over over = Over::load;

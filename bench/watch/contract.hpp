@@ -12,18 +12,11 @@ namespace hotpath::watch {
 
 /// Where a number of a contract comes from.
 enum class Origin : std::uint8_t { given, measured, derived };
-constexpr auto enum_texts(Origin) {
-  return std::to_array<EnumText<Origin>>(
-      {{Origin::given, "given"}, {Origin::measured, "measured"}, {Origin::derived, "derived"}});
-}
+constexpr auto enum_texts(Origin) { return texts_in_order<Origin>({"given", "measured", "derived"}); }
 
 /// What a term is about.
 enum class Kind : std::uint8_t { callback, chain, thread, topic };
-constexpr auto enum_texts(Kind) {
-  using enum Kind;
-  return std::to_array<EnumText<Kind>>(
-      {{callback, "callback"}, {chain, "chain"}, {thread, "thread"}, {topic, "topic"}});
-}
+constexpr auto enum_texts(Kind) { return texts_in_order<Kind>({"callback", "chain", "thread", "topic"}); }
 
 enum class Clause : std::uint8_t {
   publishes,         ///< Most messages of a topic by one job, on the stated topics only.

@@ -18,10 +18,7 @@
 namespace hotpath::watch {
 
 enum class Verdict : std::uint8_t { held, broken, not_observable };
-constexpr auto enum_texts(Verdict) {
-  return std::to_array<EnumText<Verdict>>(
-      {{Verdict::held, "held"}, {Verdict::broken, "broken"}, {Verdict::not_observable, "not observable"}});
-}
+constexpr auto enum_texts(Verdict) { return texts_in_order<Verdict>({"held", "broken", "not observable"}); }
 
 /// A term, compared with what was observed. Each comparison counts once; a breach is a fact of an incident.
 class JudgedTerm {

@@ -11,7 +11,7 @@
 namespace hotpath::watch {
 
 enum class FailOn : std::uint8_t { broken };
-constexpr auto enum_texts(FailOn) { return std::to_array<EnumText<FailOn>>({{FailOn::broken, "broken"}}); }
+constexpr auto enum_texts(FailOn) { return texts_in_order<FailOn>({"broken"}); }
 
 struct WatchOptions {
   std::vector<std::string> command;  ///< Program and arguments; empty: attach to programs that run.

@@ -24,11 +24,7 @@ struct Group {
 enum class EntryKind : std::uint8_t { timer, subscription, service, client, waitable };
 
 constexpr auto enum_texts(EntryKind) {
-  return std::to_array<EnumText<EntryKind>>({{EntryKind::timer, "timer"},
-                                             {EntryKind::subscription, "subscription"},
-                                             {EntryKind::service, "service"},
-                                             {EntryKind::client, "client"},
-                                             {EntryKind::waitable, "waitable"}});
+  return texts_in_order<EntryKind>({"timer", "subscription", "service", "client", "waitable"});
 }
 
 /// How the driver finds out when a timer is due.

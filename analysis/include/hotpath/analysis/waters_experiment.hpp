@@ -21,11 +21,8 @@ enum class WatersMethod : std::uint8_t {
 };
 inline constexpr std::size_t kWatersMethods = 5;
 constexpr auto enum_texts(WatersMethod) {
-  return std::to_array<EnumText<WatersMethod>>({{WatersMethod::brueggen_davare, "brueggen_davare"},
-                                                {WatersMethod::davis_davare, "davis_davare"},
-                                                {WatersMethod::davis_duerr, "davis_duerr"},
-                                                {WatersMethod::davis_kloda, "davis_kloda"},
-                                                {WatersMethod::davis_guenzel, "davis_guenzel"}});
+  return texts_in_order<WatersMethod>(
+      {"brueggen_davare", "davis_davare", "davis_duerr", "davis_kloda", "davis_guenzel"});
 }
 
 /// Parameters of the WATERS experiment (paper, Section VII-B).

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cassert>
 #include <optional>
 #include <string>
 #include <vector>
@@ -50,9 +49,8 @@ struct ChainRecord {
 
   /// The age or the hot-path latency; std::nullopt: unknown.
   [[nodiscard]] std::optional<Duration> latency(Latency of) const {
-    assert(of != Latency::response);
-    if (of == Latency::hot_path) return hot_path_latency;
-    return end_to_end_latency < Duration{} ? std::nullopt : std::optional(end_to_end_latency);
+    if (of == Latency::age && end_to_end_latency < Duration{}) return std::nullopt;
+    return of == Latency::age ? end_to_end_latency : hot_path_latency;
   }
 };
 

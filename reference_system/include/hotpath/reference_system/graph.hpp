@@ -26,13 +26,8 @@ enum class NodeType : std::uint8_t {
   callbacks,     ///< Any timers and subscriptions, with any groups and publications.
 };
 constexpr auto enum_texts(NodeType) {
-  return std::to_array<EnumText<NodeType>>({{NodeType::sensor, "sensor"},
-                                            {NodeType::transform, "transform"},
-                                            {NodeType::fusion, "fusion"},
-                                            {NodeType::cyclic, "cyclic"},
-                                            {NodeType::intersection, "intersection"},
-                                            {NodeType::command, "command"},
-                                            {NodeType::callbacks, "callbacks"}});
+  return texts_in_order<NodeType>(
+      {"sensor", "transform", "fusion", "cyclic", "intersection", "command", "callbacks"});
 }
 
 /// How a job spends its execution time.
@@ -42,10 +37,7 @@ enum class WorkMode : std::uint8_t {
   cpu_time,  ///< Until the thread has used that much CPU time: preemption prolongs the job, but a
              ///< slow processor does not.
 };
-constexpr auto enum_texts(WorkMode) {
-  return std::to_array<EnumText<WorkMode>>(
-      {{WorkMode::fixed, "fixed"}, {WorkMode::wall, "wall"}, {WorkMode::cpu_time, "cpu_time"}});
-}
+constexpr auto enum_texts(WorkMode) { return texts_in_order<WorkMode>({"fixed", "wall", "cpu_time"}); }
 
 /// OS priority of the timer management thread, compared with the executor thread's.
 enum class TimerThread : std::uint8_t {
@@ -63,15 +55,10 @@ enum class ExecutionTimeModel : std::uint8_t {
 };
 
 constexpr auto enum_texts(TimerThread) {
-  return std::to_array<EnumText<TimerThread>>({{TimerThread::by_executor, "by_executor"},
-                                               {TimerThread::raised, "raised"},
-                                               {TimerThread::equal, "equal"}});
+  return texts_in_order<TimerThread>({"by_executor", "raised", "equal"});
 }
 constexpr auto enum_texts(ExecutionTimeModel) {
-  return std::to_array<EnumText<ExecutionTimeModel>>({{ExecutionTimeModel::worst, "worst"},
-                                                      {ExecutionTimeModel::uniform, "uniform"},
-                                                      {ExecutionTimeModel::measured, "measured"},
-                                                      {ExecutionTimeModel::replayed, "replayed"}});
+  return texts_in_order<ExecutionTimeModel>({"worst", "uniform", "measured", "replayed"});
 }
 
 /// The machine on which `hotpath simulate` runs a graph by default; cores in [1, kMaxWorkers], costs >= 0.

@@ -19,10 +19,7 @@ enum class Phases : std::uint8_t {
 };
 
 constexpr auto enum_texts(Phases) {
-  return std::to_array<EnumText<Phases>>({{Phases::creation, "creation"},
-                                          {Phases::synchronous, "synchronous"},
-                                          {Phases::given, "given"},
-                                          {Phases::random, "random"}});
+  return texts_in_order<Phases>({"creation", "synchronous", "given", "random"});
 }
 
 /// The cost of creating a node: a constant, plus one per publisher and subscription. Fitted by

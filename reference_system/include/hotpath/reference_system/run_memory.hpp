@@ -17,10 +17,9 @@ namespace hotpath {
 enum class Fault : std::uint8_t { rejected_sample };
 /// With what follows the count in the warning.
 constexpr auto enum_texts(Fault) {
-  return std::to_array<EnumText<Fault>>(
-      {{Fault::rejected_sample,
-        "samples of other programs on the topics of this run were ignored; give the run its own DDS domain "
-        "(--domain)"}});
+  return texts_in_order<Fault>(
+      {"samples of other programs on the topics of this run were ignored; give the run its own DDS domain "
+       "(--domain)"});
 }
 
 /// The memory into which one process of a run records. It is sized before the run starts and shared
