@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
-#include "program/json_fields.hpp"
+#include "program/json_record.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 
@@ -18,7 +18,7 @@ struct SuiteOptions {
   double time_out_s = 1200;  ///< Per program.
   std::string output;
 };
-HOTPATH_JSON_FIELDS(SuiteOptions, programs, repetitions, seed, quick, time_out_s, output);
+HOTPATH_FIELDS(SuiteOptions, programs, repetitions, seed, quick, time_out_s, output);
 
 }  // namespace
 

@@ -7,14 +7,6 @@
 #include <stdexcept>
 #include <string>
 
-/// Defines to_json() for a structure whose members are the keys: NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE
-/// without from_json(). End with a semicolon.
-#define HOTPATH_JSON_FIELDS(Type, ...)                                         \
-  void to_json(nlohmann::json& nlohmann_json_j, const Type& nlohmann_json_t) { \
-    NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(NLOHMANN_JSON_TO, __VA_ARGS__))   \
-  }                                                                            \
-  static_assert(true)
-
 namespace hotpath::program {
 
 /// The JSON of a file. Throws nlohmann's exceptions for invalid JSON, std::out_of_range for nesting

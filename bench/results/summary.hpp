@@ -204,6 +204,7 @@ void to_json(nlohmann::json& j, const Summary& summary);
 namespace hotpath {
 
 void to_json(nlohmann::json& j, const Quantiles& quantiles);
-void to_json(nlohmann::json& j, const Estimate& estimate);
+void to_json(nlohmann::json& j, const Interval& interval);
+HOTPATH_FIELDS(Estimate, value, interval);
 
 }  // namespace hotpath

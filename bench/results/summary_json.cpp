@@ -7,10 +7,9 @@
 
 namespace hotpath {
 
-static void to_json(nlohmann::json& j, const Interval& interval) { j = {interval.low, interval.high}; }
+void to_json(nlohmann::json& j, const Interval& interval) { j = {interval.low, interval.high}; }
 
-HOTPATH_JSON_FIELDS(Estimate, value, interval);
-static HOTPATH_JSON_FIELDS(BootstrapOptions, confidence, resamples, seed);
+HOTPATH_FIELDS(BootstrapOptions, confidence, resamples, seed);
 
 void to_json(nlohmann::json& j, const Quantiles& quantiles) {
   j = {{"n", quantiles.n}, {"mean", quantiles.mean}};
