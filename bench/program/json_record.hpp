@@ -40,6 +40,8 @@ class JsonFields {
       object_[key] = to_string(value);
     } else if constexpr (kWrites) {
       object_[key] = value;
+    } else if constexpr (!std::is_lvalue_reference_v<Member>) {
+      return;  // computed from members
     } else if constexpr (std::is_enum_v<T>) {
       const auto word = object_.at(key).template get<std::string>();
       const std::optional<T> parsed = parse<T>(word);
@@ -58,8 +60,9 @@ class JsonFields {
   }
   /// A key that older files do not have.
   void if_stored(const char* key, auto& value) {
-    if (kWrites || present(key)) (*this)(key, value);
+    if (has(key)) (*this)(key, value);
   }
+  [[nodiscard]] bool has(const char* key) const { return kWrites || present(key); }
   /// A key that is left out where there is no value.
   void if_any(const char* key, auto& value) {
     if constexpr (kWrites) {
@@ -69,10 +72,12 @@ class JsonFields {
     }
   }
   /// A number from 0 to `most`.
-  void up_to(double most, const char* key, auto& value) {
+  void up_to(auto most, const char* key, auto& value) {
     number(key, value, most, std::identity(), std::identity());
   }
-  void ms(const char* key, auto& value) { number(key, value, to_ms(kLongest), to_ms, from_ms); }
+  void ms(const char* key, MaybeConst<Duration> auto& value, double most_ms = to_ms(kLongest)) {
+    number(key, value, most_ms, to_ms, from_ms);
+  }
   template <MaybeConst<std::map<std::string, Duration>> Map>
   void ms(const char* key, Map& values) {
     if constexpr (kWrites) object_[key] = nlohmann::json::object();

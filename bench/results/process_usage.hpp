@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "hotpath/core/time.hpp"
-#include "program/json_fields.hpp"
+#include "program/json_record.hpp"
 
 namespace hotpath::results {
 
@@ -46,35 +46,21 @@ struct ProcessUsage {
 /// counts like any other.
 [[nodiscard]] std::vector<std::string> disturbances(const ProcessUsage& usage);
 
-/// Suffixes of the keys name the units. from_json() throws nlohmann's exceptions or
-/// std::out_of_range for invalid input.
-inline void to_json(nlohmann::json& j, const ProcessUsage& usage) {
-  j = {{"cpu_time_ms", to_ms(usage.cpu_time)},
-       {"wall_ms", to_ms(usage.wall)},
-       {"cpu_use_percent", nullptr},
-       {"peak_memory_kib", usage.peak_memory_kib},
-       {"voluntary_context_switches", usage.voluntary_switches},
-       {"involuntary_context_switches", usage.involuntary_switches},
-       {"stolen_ms", to_ms(usage.stolen)},
-       {"throttled_ms", to_ms(usage.throttled)},
-       {"others_ms", to_ms(usage.others)}};
-  if (usage.wall > Duration()) j["cpu_use_percent"] = usage.percent(usage.cpu_time);
-}
-inline void from_json(const nlohmann::json& j, ProcessUsage& usage) {
-  // Ten days, so that the sum over 10000 repetitions does not overflow.
-  const auto ms = [&](const char* key) { return from_ms(program::number_up_to(9e8, j, key)); };
-  const auto count = [&](const char* key) {
-    return program::number_up_to<std::int64_t>(1'000'000'000'000, j, key);
-  };
-  usage = {.cpu_time = ms("cpu_time_ms"),
-           .peak_memory_kib = count("peak_memory_kib"),
-           .voluntary_switches = count("voluntary_context_switches"),
-           .involuntary_switches = count("involuntary_context_switches"),
-           .stolen = ms("stolen_ms"),
-           .wall = ms("wall_ms")};
-  if (!j.contains("others_ms")) return;  // of an older version
-  usage.throttled = ms("throttled_ms");
-  usage.others = ms("others_ms");
+/// Suffixes of the keys name the units.
+void fields(auto& visit, program::MaybeConst<ProcessUsage> auto& part) {
+  constexpr double kMost_ms = 9e8;  // ten days, so that the sum over 10000 repetitions does not overflow
+  constexpr std::int64_t kMost = 1'000'000'000'000;
+  visit.ms("cpu_time_ms", part.cpu_time, kMost_ms);
+  visit.ms("wall_ms", part.wall, kMost_ms);
+  visit("cpu_use_percent",
+        part.wall > Duration() ? std::optional(part.percent(part.cpu_time)) : std::nullopt);
+  visit.up_to(kMost, "peak_memory_kib", part.peak_memory_kib);
+  visit.up_to(kMost, "voluntary_context_switches", part.voluntary_switches);
+  visit.up_to(kMost, "involuntary_context_switches", part.involuntary_switches);
+  visit.ms("stolen_ms", part.stolen, kMost_ms);
+  if (!visit.has("others_ms")) return;  // of an older version
+  visit.ms("throttled_ms", part.throttled, kMost_ms);
+  visit.ms("others_ms", part.others, kMost_ms);
 }
 
 }  // namespace hotpath::results
