@@ -89,10 +89,6 @@ class StreamPaths final : public PathBounds {
     return parts;
   }
 
-  Bound later_start_to_start(TaskId, TaskId, TaskId, TaskId, TaskId) const override { return std::nullopt; }
-  bool overtakes(TaskId, TaskId) const override { return false; }
-  Bound precedence(TaskId, TaskId, TaskId) const override { return std::nullopt; }
-
  private:
   const GraphBusyWindow& windows_of(TaskId id) const {
     return processors_.at(system_.processor_of[id])->windows();

@@ -29,11 +29,6 @@ class ThreadedChains final : public PathBounds {
   std::optional<std::int64_t> start_to_finish(TaskId root, TaskId to) const override {
     return until_finish(root, to);
   }
-  std::optional<std::int64_t> later_start_to_start(TaskId, TaskId, TaskId, TaskId, TaskId) const override {
-    return std::nullopt;
-  }
-  bool overtakes(TaskId, TaskId) const override { return false; }
-  std::optional<std::int64_t> precedence(TaskId, TaskId, TaskId) const override { return std::nullopt; }
   std::int64_t lateness() const override { return 0; }
   PathParts parts(TaskId, TaskId) const override { return {}; }
 

@@ -50,18 +50,22 @@ class PathBounds {
   /// The same from the later of two starts: of the job of `root`, and of the last job of `other`
   /// whose data waits at `input` for the path to complete the join of `input` by a job of `meets`.
   /// std::nullopt: not known.
-  [[nodiscard]] virtual std::optional<std::int64_t> later_start_to_start(TaskId root, TaskId to, TaskId other,
-                                                                         TaskId input,
-                                                                         TaskId meets) const = 0;
+  [[nodiscard]] virtual std::optional<std::int64_t> later_start_to_start(TaskId /*root*/, TaskId /*to*/,
+                                                                         TaskId /*other*/, TaskId /*input*/,
+                                                                         TaskId /*meets*/) const {
+    return std::nullopt;
+  }
   /// From the start of a job of `root` to the end of the resulting job of `to`.
   [[nodiscard]] virtual std::optional<std::int64_t> start_to_finish(TaskId root, TaskId to) const = 0;
   /// Whether no job that is pending at the start of a job of `root` runs before the end of the
   /// resulting job of `to`.
-  [[nodiscard]] virtual bool overtakes(TaskId root, TaskId to) const = 0;
+  [[nodiscard]] virtual bool overtakes(TaskId /*root*/, TaskId /*to*/) const { return false; }
   /// A job of `first` whose timestamp is at least this long before the timestamp of a job of `root`
   /// leads to a job of `to` that starts before that job of `root` starts. std::nullopt: none known.
-  [[nodiscard]] virtual std::optional<std::int64_t> precedence(TaskId first, TaskId to,
-                                                               TaskId root) const = 0;
+  [[nodiscard]] virtual std::optional<std::int64_t> precedence(TaskId /*first*/, TaskId /*to*/,
+                                                               TaskId /*root*/) const {
+    return std::nullopt;
+  }
   /// Longest time from a timestamp until the executor sees its job.
   [[nodiscard]] virtual std::int64_t lateness() const = 0;
   /// The components of until_finish(), if it has a value.
@@ -76,42 +80,38 @@ class TighterPaths : public PathBounds {
   /// `a` and `b` must outlive this object.
   TighterPaths(const PathBounds& a, const PathBounds& b) : a_(a), b_(b) {}
   std::optional<std::int64_t> until_start(TaskId root, TaskId to) const override {
-    return tighter(a_.until_start(root, to), b_.until_start(root, to));
+    return smaller(a_.until_start(root, to), b_.until_start(root, to));
   }
   std::optional<std::int64_t> until_finish(TaskId root, TaskId to) const override {
-    return tighter(a_.until_finish(root, to), b_.until_finish(root, to));
+    return smaller(a_.until_finish(root, to), b_.until_finish(root, to));
   }
   PathParts parts(TaskId root, TaskId to) const override {
     const auto a = a_.until_finish(root, to), b = b_.until_finish(root, to);
     return a && (!b || *a <= *b) ? a_.parts(root, to) : b_.parts(root, to);
   }
   std::optional<std::int64_t> start_to_start(TaskId root, TaskId to) const override {
-    return tighter(a_.start_to_start(root, to), b_.start_to_start(root, to));
+    return smaller(a_.start_to_start(root, to), b_.start_to_start(root, to));
   }
   std::optional<std::int64_t> later_start_to_start(TaskId root, TaskId to, TaskId other, TaskId input,
                                                    TaskId meets) const override {
-    return tighter(a_.later_start_to_start(root, to, other, input, meets),
+    return smaller(a_.later_start_to_start(root, to, other, input, meets),
                    b_.later_start_to_start(root, to, other, input, meets));
   }
   std::optional<std::int64_t> start_to_finish(TaskId root, TaskId to) const override {
-    return tighter(a_.start_to_finish(root, to), b_.start_to_finish(root, to));
+    return smaller(a_.start_to_finish(root, to), b_.start_to_finish(root, to));
   }
   bool overtakes(TaskId root, TaskId to) const override {
     return a_.overtakes(root, to) || b_.overtakes(root, to);
   }
   std::optional<std::int64_t> precedence(TaskId first, TaskId to, TaskId root) const override {
-    return tighter(a_.precedence(first, to, root), b_.precedence(first, to, root));
+    return smaller(a_.precedence(first, to, root), b_.precedence(first, to, root));
   }
   std::int64_t lateness() const override { return std::max(a_.lateness(), b_.lateness()); }
   std::optional<std::int64_t> response(TaskId subscription) const override {
-    return tighter(a_.response(subscription), b_.response(subscription));
+    return smaller(a_.response(subscription), b_.response(subscription));
   }
 
  private:
-  static std::optional<std::int64_t> tighter(std::optional<std::int64_t> a, std::optional<std::int64_t> b) {
-    return a && b ? std::min(*a, *b) : a ? a : b;
-  }
-
   const PathBounds& a_;
   const PathBounds& b_;
 };

@@ -25,11 +25,6 @@ class ProcessingWindows : public PathBounds {
   std::optional<std::int64_t> until_finish(TaskId root, TaskId to) const override;
   std::optional<std::int64_t> start_to_start(TaskId root, TaskId to) const override;
   std::optional<std::int64_t> start_to_finish(TaskId root, TaskId to) const override;
-  std::optional<std::int64_t> later_start_to_start(TaskId, TaskId, TaskId, TaskId, TaskId) const override {
-    return std::nullopt;
-  }
-  bool overtakes(TaskId, TaskId) const override { return false; }
-  std::optional<std::int64_t> precedence(TaskId, TaskId, TaskId) const override { return std::nullopt; }
   std::int64_t lateness() const override { return overheads_.lateness; }
   std::optional<std::int64_t> response(TaskId subscription) const override;
   /// By task of the longest path: the time since the end of the previous task.
