@@ -4,19 +4,9 @@
 #include <cassert>
 #include <cmath>
 
+#include "hotpath/core/workload.hpp"
+
 namespace hotpath {
-
-namespace {
-
-// splitmix64
-std::uint64_t mix(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15U;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9U;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebU;
-  return x ^ (x >> 31);
-}
-
-}  // namespace
 
 RandomStream::RandomStream(std::uint64_t seed, std::initializer_list<std::uint64_t> place) {
   std::uint64_t state = mix(seed);

@@ -19,8 +19,7 @@ namespace {
 
 constexpr unsigned kTimerManagement = 1;  // worker of events executors
 
-double us(Duration time) { return static_cast<double>(time.count()) / 1e3; }
-double us(Time time) { return us(time.time_since_epoch()); }
+double us(Time time) { return to_us(time.time_since_epoch()); }
 /// Ids are positive and unique; that of a process is that of its first thread.
 int process_of(const JobRecord& job) { return 100 * (job.process + 1); }
 int thread_of(const JobRecord& job) { return process_of(job) + job.worker; }
@@ -65,7 +64,7 @@ class Events {
         {{"ph", "X"},
          {"tid", thread_of(r)},
          {"ts", us(r.start)},
-         {"dur", us(r.duration())},
+         {"dur", to_us(r.duration())},
          {"cat", to_string(task.kind)},
          {"args", args}});
     // Subscriptions inherit deadlines, under EDF for their order; they never overrun.

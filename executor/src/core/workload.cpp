@@ -16,14 +16,6 @@ std::vector<Duration> wcets(const TaskSet& set) {
   return all;
 }
 
-/// Finaliser of SplitMix64 (Steele, Lea, Flood 2014): every input bit reaches every output bit.
-std::uint64_t mix(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15U;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9U;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebU;
-  return x ^ (x >> 31);
-}
-
 /// Uniform in [0, count), count <= 2^63: the high half of a 64 x 64 bit product.
 std::uint64_t scale(std::uint64_t random, std::uint64_t count) {
   __extension__ using Wide = unsigned __int128;

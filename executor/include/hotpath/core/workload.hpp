@@ -13,6 +13,14 @@
 
 namespace hotpath {
 
+/// Finaliser of SplitMix64 (Steele, Lea, Flood 2014): every input bit reaches every output bit.
+[[nodiscard]] constexpr std::uint64_t mix(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15U;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9U;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebU;
+  return x ^ (x >> 31);
+}
+
 /// The work of jobs in virtual time: the simulator's counterpart of a live run's nodes. All calls
 /// come from one thread; `now` never decreases.
 ///
