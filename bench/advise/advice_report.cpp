@@ -331,7 +331,8 @@ void write_text(std::ostream& out, const Advice& advice, const json& content) {
 
 void to_json(json& j, const Advice& advice) {
   const std::vector<Chain>& chains = advice.graph.chains;
-  j = {{"graph", advice.graph.name},
+  j = {{"version", HOTPATH_VERSION},
+       {"graph", advice.graph.name},
        {"objective", advice.objective.text},
        {"metric", metric_text(advice.objective.latency)},
        {"order", order_of(advice.objective)},

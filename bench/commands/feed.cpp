@@ -55,12 +55,12 @@ class Feed {
 void feed(const NoOptions&) {
   Feed feed;
   for (std::string line; std::getline(std::cin, line);) {
-    json answer;
+    json answer = {{"version", HOTPATH_VERSION}};
     try {
-      answer = {{"answer", feed.answer(json::parse(line))}};
+      answer["answer"] = feed.answer(json::parse(line));
     } catch (const std::exception& error) {
       const bool failed = dynamic_cast<const program::RunError*>(&error) != nullptr;
-      answer = {{"error", error.what()}, {"wrong_use", !failed}};
+      answer.update({{"error", error.what()}, {"wrong_use", !failed}});
     }
     program::data_output() << answer.dump(-1, ' ', false, json::error_handler_t::replace) << std::endl;
   }

@@ -60,7 +60,8 @@ void write_page(const Options& options, const Side& before, const Side& after,
   }
   program::create_folder(folder, "--output");
   program::write_whole_file(folder / "comparison.json", "--output",
-                            json{{"title", name_of(options.old) + " against " + name_of(options.now)},
+                            json{{"version", HOTPATH_VERSION},
+                                 {"title", name_of(options.old) + " against " + name_of(options.now)},
                                  {"facts", facts},
                                  {"folders", {options.old.string(), options.now.string()}},
                                  {"table", {{"title", title}, {"columns", table.header}, {"cells", cells}}},

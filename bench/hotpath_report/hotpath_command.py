@@ -16,6 +16,8 @@ PACKAGE = Path(__file__).resolve().parent
 # Prefix of a command line: ends the program when this process ends.
 ENDS_WITH_US = ("setpriv", "--pdeathsig", "TERM", "--")
 WRONG_USE = 2  # exit code of `hotpath` for unusable input
+# Of the `hotpath` whose documents this package reads.
+VERSION = json.loads((PACKAGE / "schemas" / "common.json").read_text())["$defs"]["version"]["const"]
 
 
 def program() -> Path:
@@ -54,6 +56,8 @@ def ask(*question: object) -> Any:
         found = json.loads(feed().stdout.readline())
     except (OSError, ValueError) as error:
         raise RunError(f"`hotpath feed` ended before its answer: {error}") from None
+    if found.get("version") != VERSION:
+        raise RunError(f"{program()} is not of version {VERSION}, as its Python package; install both again")
     if "error" in found:
         raise (InputError if found["wrong_use"] else RunError)(found["error"])
     return found["answer"]

@@ -61,10 +61,6 @@ class Run:
         self.executors: list[str] = self["executors"]
         if not self.executors:
             raise InputError(f"{self.path}: `executors` is empty, there is nothing to draw")
-        if any("replaced_by" in r for r in self.facts.get("runs", [])):
-            raise InputError(
-                f"{self.path}: repetitions were measured again because the processor was slow; measure it again"
-            )
         self.partial = self.facts.get("complete") is not True  # the run did not finish
         self.simulated = self.facts.get("kind") == "simulated"
         self.recorded = self.facts.get("kind") == "recorded"  # imported from a trace of another system
@@ -130,13 +126,8 @@ class Run:
         return frame
 
     def responses(self) -> pd.DataFrame:
-        """Jobs that ran after the warm-up: executor, repetition, task, response_ms. Raises InputError if the run kept
-        no jobs."""
-        if not (path := self.folder / "jobs.csv").exists():
-            why = "the run kept no jobs (--no-trace), or the file was removed"
-            again = self.command(without="--no-trace")
-            raise InputError(f"{path}: {why}" + (f"; repeat it: {again}" if again else ""))
-        READ.append(path)
+        """Jobs that ran after the warm-up: executor, repetition, task, response_ms. Raises InputError without jobs."""
+        READ.append(self.folder / "jobs.csv")
         found = ask("responses", str(self.folder))
         none = pd.DataFrame(columns=["executor", "repetition", "task", "ns"])
         frame = pd.concat([pd.DataFrame(of) for of in found["repetitions"]] or [none], ignore_index=True)
@@ -176,7 +167,7 @@ class Run:
         columns = ["executor", "task", *COUNTS, "deadline_ms", "response_max_ms", "bound_ms"]
         return pd.DataFrame(rows, columns=columns).astype({"response_max_ms": float})
 
-    def command(self, without: str = "") -> str:
-        """Command line that repeats the run, omitting `without`; empty: imported, or an older version."""
-        words = [word for word in self.facts.get("command", []) if word != without]
+    def command(self) -> str:
+        """Command line that repeats the run; empty: imported, or an older version."""
+        words = self.facts.get("command", [])
         return shlex.join(["hotpath", *words]) if words else ""

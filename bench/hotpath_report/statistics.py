@@ -37,10 +37,6 @@ class Estimate(NamedTuple):
         value = f"{self.value:.{digits}f}"
         return value + (f" [{self.low:.{digits}f}, {self.high:.{digits}f}]" if self.has_interval else "")
 
-    def excludes(self, value: float) -> bool:
-        """Whether the value lies outside the interval; false without an interval."""
-        return self.has_interval and not self.low <= value <= self.high
-
 
 def estimate_of(answer: dict[str, Any]) -> Estimate:
     """From JSON, which may lack an interval, and has None in place of no value and of infinite ends."""

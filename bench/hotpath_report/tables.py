@@ -14,6 +14,7 @@ from typing import Any
 import pandas as pd
 
 from hotpath_report.errors import READ, InputError, RunError
+from hotpath_report.hotpath_command import VERSION
 from hotpath_report.shown_text import printable, printable_content
 
 NS_PER_MS = 1e6
@@ -60,6 +61,14 @@ def read_json(path: Path, made_by: str = "hotpath") -> Any:
         raise InputError(f"{path}: not valid JSON: {error}") from None
     except RecursionError:
         raise InputError(f"{path}: nested too deep; give a folder written by `{made_by}`") from None
+
+
+def read_document(path: Path, made_by: str) -> dict[str, Any]:
+    """The document for a page (schemas/) that this version's command `made_by` wrote. Raises InputError."""
+    document: dict[str, Any] = read_json(path, made_by)
+    if document.get("version") != VERSION:
+        raise InputError(f"{path}: hotpath {VERSION} did not write it; run `{made_by}` again")
+    return document
 
 
 def read_table(path: Path, columns: Sequence[str] = (), optional: Sequence[str] = ()) -> pd.DataFrame:

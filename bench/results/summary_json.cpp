@@ -55,7 +55,8 @@ static void to_json(json& j, const ExecutorSummary& part) {
 }
 
 void to_json(json& j, const Summary& summary) {
-  j = {{"warm_up_s", to_ms(summary.warm_up) / 1e3},
+  j = {{"version", HOTPATH_VERSION},
+       {"warm_up_s", to_ms(summary.warm_up) / 1e3},
        {"bootstrap", summary.bootstrap},
        {"verdict", verdict(summary)},
        {"executors", summary.executors}};

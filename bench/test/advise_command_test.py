@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from analyze_case import COMMAND, SENSOR, graph_text
-from hotpath_command import CommandTest, csv_rows
+from hotpath_command import CommandTest, csv_rows, document
 
 SOURCE = Path(__file__).resolve().parents[2]
 MEASURED = SOURCE / "reference_system" / "ros2_reference" / "rclcpp_autoware_phases.csv"
@@ -20,7 +20,7 @@ class Advise(CommandTest):
     def advise(self, graph: object, options: str, *more: object) -> tuple[Any, Any]:
         output = self.folder / "advice"
         out = self.accepted("advise", graph, *options.split(), *more, "--output", output)
-        return out, json.loads((output / "advice.json").read_text())
+        return out, document(output / "advice.json")
 
     def test_autoware_gets_a_ranking_an_advice_and_a_change_that_can_be_run(self) -> None:
         out, advice = self.advise("autoware", "--cores 2 --repetitions 3 --duration 3")

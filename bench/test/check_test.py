@@ -6,7 +6,8 @@ import csv
 import json
 from typing import Any
 
-from hotpath_command import JOB_COLUMNS, CommandTest
+import jsonschema
+from hotpath_command import JOB_COLUMNS, CommandTest, document
 
 # Includes two threads, at a load that skips timestamps and overwrites samples.
 RUN = ("simulate", "--executors", "default,multi:2", "--load", 140, "--duration", 0.6, "--warm-up", 0)
@@ -123,6 +124,11 @@ class Check(CommandTest):
         self.assertIn("2 repetitions", self.accepted("doctor", self.run_folder.path))
         self.rows.append(dict(self.rows[-1], executor=failed["executor"], repetition="1"))
         self.assert_found("names no such repetition", at=len(self.rows) - 1)
+
+    def test_wrong_documents(self) -> None:
+        for change in ({"more": 1}, {"seed": "1"}, {"version": "0"}, {"runs": [{}]}):
+            with self.assertRaises(jsonschema.ValidationError):
+                document(self.run_folder.path / "run.json", json.dumps(self.run_folder.run | change))
 
     def test_what_cannot_be_checked(self) -> None:
         facts = dict(self.run_folder.run, tasks=[])

@@ -9,7 +9,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from hotpath_command import CommandTest, RunFolder, csv_rows
+from hotpath_command import CommandTest, RunFolder, csv_rows, document
 
 FIELD = Path(__file__).resolve().parent / "field"
 TWO = "autoware --duration 3 --phases random --executors default,rm-ro --repetitions 5"
@@ -135,7 +135,7 @@ class Diff(CommandTest):
         self.assertEqual(code, 1)
         self.assertIn("equal draws pair by pair", out)
         self.assertIn("| worse |", (self.folder / "page" / "report.md").read_text())
-        curves = json.loads((self.folder / "page" / "comparison.json").read_text())["targets"][0]["curves"]
+        curves = document(self.folder / "page" / "comparison.json")["targets"][0]["curves"]
         found = [(c["side"], c["executor"], c["repetitions"]) for c in curves]
         self.assertEqual(found, [(0, "rm-ro", 3), (1, "rm-ro", 3)])
 

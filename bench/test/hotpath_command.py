@@ -17,6 +17,7 @@ from pathlib import Path
 from stat import S_ISREG
 from typing import Any
 
+import jsonschema
 from shared_memory import expect_nothing_left_behind
 
 ONE = ("--executors", "rm-ro", "--repetitions", 1)  # of `run`, whose default is all of the paper's
@@ -48,6 +49,14 @@ def executors() -> Any:
     return {e["name"]: e for e in json.loads(subprocess.run(words, check=True, capture_output=True).stdout)}
 
 
+def document(file: Path, text: str = "") -> Any:
+    """The JSON document in a file, or this text of one, checked against the schema of the file's name."""
+    path = BENCH / "hotpath_report" / "schemas" / file.name
+    schema, content = (json.loads(of) for of in (path.read_text(), text or file.read_text()))
+    jsonschema.validate(content, schema, resolver=jsonschema.RefResolver(path.as_uri(), schema))
+    return content
+
+
 class Job:
     """One row of jobs.csv; instants and sequences are integers, empty cells None."""
 
@@ -72,7 +81,7 @@ class RunFolder:
 
     def __init__(self, path: Any) -> None:
         self.path = Path(path)
-        self.run = json.loads((self.path / "run.json").read_text())
+        self.run = document(self.path / "run.json")
 
     def files(self) -> set[Any]:
         return {f.name for f in self.path.iterdir()}
@@ -82,7 +91,7 @@ class RunFolder:
 
     def summary(self) -> Any:
         """summary.json, which must name executors: checks that loop over them would pass otherwise."""
-        summary = json.loads((self.path / "summary.json").read_text())
+        summary = document(self.path / "summary.json")
         assert summary["executors"], f"{self.path}/summary.json names no executor"
         return summary
 

@@ -2,14 +2,13 @@
 """The base of tests of `hotpath import ctf`. HOTPATH_TRACES names another folder of traces
 (NAME.tar.xz and truth.json)."""
 
-import json
 import os
 import shutil
 import tarfile
 from pathlib import Path
 from typing import Any
 
-from hotpath_command import CommandTest
+from hotpath_command import CommandTest, document
 
 SHIPPED = Path(__file__).resolve().parents[2] / "reference_system" / "ros2_reference" / "ctf"
 TRACES = Path(os.environ.get("HOTPATH_TRACES", SHIPPED))
@@ -26,7 +25,7 @@ class ImportTest(CommandTest):
         output = trace.parent / f"{trace.name}_imported"
         out = self.accepted("import", "ctf", trace, "--output", output, *arguments)
         self.assertIn("Reproduction:", out)
-        return json.loads((output / "import.json").read_text()), output
+        return document(output / "import.json"), output
 
     def reimported(self, *plan: object, options: Any = (), name: str = "run") -> tuple[Any, Path, Path]:
         """(content of import.json, the run, folder of the import) of a simulated run that was exported."""
@@ -36,7 +35,7 @@ class ImportTest(CommandTest):
         self.accepted("simulate", *plan, "--output", run)
         self.accepted("export", "ctf", run, "--output", trace)
         self.accepted("import", "ctf", trace, "--output", output, *options)
-        return json.loads((output / "import.json").read_text()), run, output
+        return document(output / "import.json"), run, output
 
     def unpacked(self, name: str, shipped: str = "") -> Path:
         """The trace of this name in an archive of the same name, or in a shipped one."""

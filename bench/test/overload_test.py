@@ -5,9 +5,10 @@ import json
 from pathlib import Path
 from typing import Any
 
+import package
 from analyze_case import COMMAND, SENSOR, graph_text
 from field_test import FIELD
-from hotpath_command import CommandTest, RunFolder, csv_rows
+from hotpath_command import CommandTest, RunFolder, csv_rows, document
 
 SLOW, PONG, EXCLUSIVE = (FIELD / f"{name}.yaml" for name in ("slow_timer", "pong", "exclusive"))
 GROUP = "the callback group of listener/process has 150 % of one core of work for 1 thread"
@@ -21,7 +22,7 @@ PLAN = ("--cores", 2, "--phases", "given", "--duration", 16.5, "--warm-up", 0)
 class Overload(CommandTest):
     def advise(self, *arguments: object) -> tuple[str, Any]:
         out = self.accepted("advise", *arguments, "--costs", "graph", "--cores", 2, "--output", "advice")
-        return out, json.loads((self.folder / "advice" / "advice.json").read_text())
+        return out, document(self.folder / "advice" / "advice.json")
 
     def test_an_overloaded_executor_is_a_row_beside_the_others(self) -> None:
         (self.folder / "full.yaml").write_text(graph_text(SENSOR.format("Full", 10, 12)))
@@ -70,6 +71,20 @@ class Overload(CommandTest):
         self.assertIn(f"cannot keep up: {GROUP}", out)
         of = {row["name"]: row for row in advice["ranking"]}
         self.assertEqual([of[n]["timer_beside_group"] for n in ("rm-re", "rm-ro")], ["listener/process", ""])
+
+    def test_the_page_of_an_advice(self) -> None:
+        words = "--load 120 --executors default,multi:2 --now multi:2 --repetitions 1 --duration 2".split()
+        _, advice = self.advise("autoware", *words)
+        package.write_advice(self.folder, self.environment, self.folder / "advice")
+        text = (self.folder / "advice" / "advice.svg").read_text()
+        self.assertIn("multi:2 (now)", text)
+        self.assertNotIn("default", text)
+        page = (self.folder / "advice" / "report.md").read_text()
+        self.assertIn(advice["sentences"][0], page)
+        self.assertIn(f"| default |  |  |  |  |  | {advice['ranking'][1]['overload']} |", page)
+        (self.folder / "advice" / "advice.json").write_text(json.dumps(advice | {"version": "0.0.1"}))
+        done = package.call(self.folder, self.environment, "advice", "advice")
+        self.assertRegex(f"{done.returncode} {done.stderr}", "^2 .* did not write it; run `hotpath adv")
 
     def test_a_reader_that_leaves_out_samples_loses_nothing(self) -> None:
         _, advice = self.advise(PONG, "--repetitions", 1, "--duration", 20, "--for", "losses")

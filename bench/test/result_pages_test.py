@@ -2,7 +2,6 @@
 """The interactive pages of `advise`, `sweep`, `capacity` and `diff` in headless Chromium: what
 they show is read back and compared with the files of the results."""
 
-import json
 import re
 import statistics
 from collections.abc import Callable
@@ -11,7 +10,7 @@ from typing import Any
 
 import package
 from browser import Browser, opened
-from hotpath_command import CommandTest, RunFolder, csv_rows
+from hotpath_command import CommandTest, RunFolder, csv_rows, document
 
 # Moves along the curves with the keyboard and reads the tooltip at each position.
 READ_PLOT = """
@@ -149,7 +148,7 @@ class Distributions(CommandTest):
         out = self.accepted("advise", "autoware", *words, "--output", "advice")
         self.environment["HOTPATH_FIGURES"] = "none"
         folder = self.folder / "advice"
-        advice = json.loads((folder / "advice.json").read_text())
+        advice = document(folder / "advice.json")
         browser = opened(self, folder / "report.html")
         # The current and the recommended one, over each other and one above the other.
         on = "return [...document.querySelectorAll('.legend label')].filter((l) => l.querySelector('input').checked)"
@@ -186,21 +185,21 @@ class Distributions(CommandTest):
         words = ("--now", "multi:2", "--for", "hot_path<150")
         self.accepted(*ADVISE, *words, "--output", "advice")
         package.write_advice(self.folder, self.environment, self.folder / "advice")
-        advice = json.loads((self.folder / "advice" / "advice.json").read_text())
+        advice = document(self.folder / "advice" / "advice.json")
         browser = opened(self, self.folder / "advice" / "report.html")
         self.check_advice(advice, browser, "hot_path")
 
     def test_stored_draws_of_deployments(self) -> None:
         words = ("--executors", "default", "--deployments", "picas", "--now", "default")
         self.accepted(*ADVISE, *words, "--output", "advice")
-        advice = json.loads((self.folder / "advice" / "advice.json").read_text())
+        advice = document(self.folder / "advice" / "advice.json")
         self.assertEqual(advice["stored"], ["default", "picas"])
         self.check_stored_draws(self.folder / "advice", advice)
 
     def test_no_stored_draws_of_split_groups(self) -> None:
         words = ("--executors", "default", "--now", "rm-threads")
         self.accepted(*ADVISE, *words, "--output", "advice")
-        advice = json.loads((self.folder / "advice" / "advice.json").read_text())
+        advice = document(self.folder / "advice" / "advice.json")
         self.assertEqual(advice["now"], "rm-threads")
         self.assertEqual(advice["stored"], [])
         package.write_advice(self.folder, self.environment, self.folder / "advice")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hotpath_command import CommandTest, RunFolder, executors
+from hotpath_command import CommandTest, RunFolder, document, executors
 
 GRAPHS = (
     ["autoware", "callbacks", "many_to_many", "sequences", "sequences_high_utilisation"]
@@ -189,7 +189,7 @@ class Validate(SimulateTest):
             *("--execution-times", "uniform", *BRIEF),
         )
         out = self.accepted("paper", "golden", "--output", self.folder / "v")
-        result = json.loads((self.folder / "v" / "validation.json").read_text())
+        result = document(self.folder / "v" / "validation.json")
         golden = {(g["set"], g["executor"]): g for g in result["golden"]}
         self.assertEqual(len(golden), 18)
         for (name, executor), g in golden.items():
@@ -203,7 +203,7 @@ class Validate(SimulateTest):
         self.assertIn("which depends on the fork's heap", out)
         # A simulated run is predicted exactly, preempted jobs included.
         self.accepted("diff", run.path, "--simulated", "--output", "of_run")
-        result = json.loads((self.folder / "of_run" / "validation.json").read_text())
+        result = document(self.folder / "of_run" / "validation.json")
         for entry in result["runs"]:
             self.assertEqual(entry["comparison"]["similarity"], 1, entry["executor"])
             self.assertIsNone(entry["comparison"]["first_difference"])
@@ -215,7 +215,7 @@ class Validate(SimulateTest):
         same = self.simulate(*options, "--phases", trace, output="same")
         other = self.simulate(*options, "--phases", "synchronous", output="other")
         out = self.accepted("diff", same.path, other.path, "--simulated", "--output", self.folder / "v")
-        runs = json.loads((self.folder / "v" / "validation.json").read_text())["runs"]
+        runs = document(self.folder / "v" / "validation.json")["runs"]
         beside = [(r["executor"], r["golden"] is not None) for r in runs]
         self.assertEqual(beside, [("edf-ro", True), ("dm-re", False)] * 2)
         golden, differs = runs[0]["golden"], runs[2]["golden"]["phases_differ_ms"]
@@ -280,7 +280,7 @@ class Periods(SimulateTest):
         """The recommended executor delays a slow timer that today's executor serves in turn."""
         words = "autoware --executors default,rm-ro --repetitions 2 --duration 5 --phases creation".split()
         self.accepted("advise", *words, "--output", "advice")
-        advice = json.loads((self.folder / "advice" / "advice.json").read_text())
+        advice = document(self.folder / "advice" / "advice.json")
         rows = {row["name"]: row["periods_ms"] for row in advice["ranking"]}
         now, best = rows[advice["now"]], rows[advice["recommended"]]
         growth = {
@@ -334,6 +334,9 @@ class StoredRuns(SimulateTest):
             summary = (run.path / "summary.json").read_bytes()
             asked = f"echo '{json.dumps(['responses', str(run.path)])}' |"
             responses = self.accepted("feed", given=asked)
+            page = f"echo '{json.dumps(['page', [str(run.path)]])}' |"
+            for answer in (responses, self.accepted("feed", given=page)):
+                self.assertIn("answer", document(Path("feed.json"), answer))
             files = {}
             for name in ("jobs.csv", "chains.csv"):
                 header, *rows = (run.path / name).read_text().splitlines()

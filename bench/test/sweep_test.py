@@ -10,7 +10,7 @@ import unittest
 from pathlib import Path
 from typing import Any
 
-from hotpath_command import HOTPATH, CommandTest, csv_rows
+from hotpath_command import HOTPATH, CommandTest, csv_rows, document
 
 SWEEP = """command: simulate
 fixed: {graph: autoware, duration: 2, warm-up: 0.5, phases: random}
@@ -59,6 +59,7 @@ class Sweeps(SweepTest):
         self.assertIn("next: hotpath sweep new.yaml", self.accepted("sweep", "--new", "new.yaml"))
         self.accepted("sweep", "new.yaml", "--output", "out")
         self.assertEqual(len(self.rows("out")), 5 * 2 * 5)
+        self.assertEqual(document(self.folder / "out" / "sweep.json")["repetitions"], 5)
 
     def test_a_key_of_a_node_is_an_axis(self) -> None:
         key = "set.FrontLidarDriver.period_ms"

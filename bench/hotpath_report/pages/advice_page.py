@@ -15,7 +15,7 @@ from hotpath_report.pages.writer import Section, Table, write_with_figure
 from hotpath_report.run import Run, samples_by
 from hotpath_report.statistics import estimate_of
 from hotpath_report.style import INK
-from hotpath_report.tables import NS_PER_MS, read_json, read_table
+from hotpath_report.tables import NS_PER_MS, read_document, read_table
 
 # Key, label and mark of each value.
 MARKS = (("median_ms", "median", "o"), ("p99_ms", "p99", "D"), ("worst_ms", "worst of all draws", "|"))
@@ -115,7 +115,7 @@ def tables(found: Advice) -> list[Table]:
 
 def write(folder: str) -> None:
     """Draws advice.svg and .png, and writes report.html and report.md. Raises InputError."""
-    found: Advice = read_json(Path(folder) / "advice.json", "hotpath advise")
+    found: Advice = read_document(Path(folder) / "advice.json", "hotpath advise")
     shown = [row for row in found["ranking"] if row.get("median_ms", {}).get("value") is not None]
     if not shown:
         raise InputError(f"{folder}: no prediction has a chain")

@@ -15,7 +15,7 @@ from hotpath_report.pages.writer import HEADER, Section, Table, compared, make_f
 from hotpath_report.run import Run
 from hotpath_report.shown_text import printable_content
 from hotpath_report.statistics import Samples
-from hotpath_report.tables import read_json
+from hotpath_report.tables import read_document
 
 COMPARED = (
     "Ratio, Cliff's delta and rank test: against the run's first executor; above 1 and above 0 are better"
@@ -236,7 +236,7 @@ def write_comparison(folder: str) -> None:
     """Writes report.html and report.md of `hotpath diff` from comparison.json: both sides' distributions (of two runs
     also their outputs and timelines), and the table of differences or of the gate. Raises InputError."""
     place = Path(folder)
-    content: dict[str, Any] = read_json(place / "comparison.json", "hotpath diff --output")
+    content: dict[str, Any] = read_document(place / "comparison.json", "hotpath diff --output")
     of, folders, targets = content["table"], content["folders"], content["targets"]
     table = Table(of["title"], of["columns"], of["cells"], numbers=True)
     text = "The distributions above show the same samples; their bands are 95 % intervals."

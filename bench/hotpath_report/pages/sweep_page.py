@@ -21,7 +21,7 @@ from hotpath_report.pages.interactive import ENDS, Points, of_samples, plot
 from hotpath_report.pages.writer import Section, Table, table_of, write_with_figure
 from hotpath_report.statistics import Estimate, Samples
 from hotpath_report.style import FAINT, INK, WARNING
-from hotpath_report.tables import read_json, read_table
+from hotpath_report.tables import read_document, read_table
 
 Plots = list[dict[str, Any]]
 
@@ -29,13 +29,12 @@ MOST_VALUES = 9  # of the second axis of a sweep
 ANALYSIS = "analysis"  # source of levels that an analysis accepts
 # Column of the table and title of each measure.
 LOST = {"lost": "lost: skipped and overwritten"}
-OVERRUNS, SHARE = {"deadline_overruns": "deadline overruns"}, {
-    "response_share_max": "worst response time / deadline"
-}
+OVERRUNS = {"deadline_overruns": "deadline overruns"}
+SHARE = {"response_share_max": "worst response time / deadline"}
 MEDIAN = "hot_path_p50_ms"
 OF_CHAINS = {MEDIAN: "median hot-path latency (ms)", "hot_path_max_ms": "worst hot-path latency (ms)"} | LOST
 OF_TIMERS = SHARE | OVERRUNS | LOST
-# Those of levels.csv; latencies have the columns of an interval, and results of older versions lack some.
+# Those of levels.csv; latencies have the columns of an interval.
 LATENCIES = {"age_p99": "p99 of the age of the data (ms)", "age_worst": "worst age of the data (ms)"}
 LATENCIES |= {"p99": "p99 of the hot-path latency (ms)", "worst": "worst hot-path latency (ms)"}
 
@@ -66,8 +65,6 @@ def over_repetitions(x: str, rows: pd.DataFrame, column: str) -> Points:
 def of_levels(x: str, rows: pd.DataFrame, column: str) -> Points:
     """{x: value with its interval}"""
     parts = [f"{column}_{part}ms" for part in ("", "low_", "high_")] if column in LATENCIES else [column]
-    if not set(parts) <= set(rows.columns):
-        return {}
     found = zip(rows[x].astype(float), *(rows[part].astype(float) for part in parts))
     return {at: Estimate(*values) for at, *values in found if not math.isnan(values[0])}
 
@@ -101,7 +98,7 @@ def lines(plots: Plots, executors: list[str]) -> Figure:
 def write(folder: str) -> None:
     """Draws the figure of a sweep, and writes report.html and report.md. Raises InputError."""
     path = Path(folder) / "table.csv"
-    rows, facts = read_table(path, ["executor"]), read_json(Path(folder) / "sweep.json", "hotpath sweep")
+    rows, facts = read_table(path, ["executor"]), read_document(Path(folder) / "sweep.json", "hotpath sweep")
     cells, failed = rows["cell"].nunique(), int(rows["failure"].notna().sum())
     chain = next(iter(rows["chain"].dropna()), "") if "chain" in rows else ""
     if chain:

@@ -10,7 +10,7 @@ import jinja2
 import markupsafe
 
 from hotpath_report.shown_text import markdown, markdown_cell, markdown_code
-from hotpath_report.tables import read_json, write_file
+from hotpath_report.tables import read_document, write_file
 
 TEMPLATES = Path(__file__).resolve().parent / "templates"
 
@@ -67,12 +67,12 @@ def render(template: str, form: str, content: Mapping[str, Any]) -> str:
 
 def tell_validation(folder: str) -> None:
     """Prints the result of `hotpath diff --simulated` and `paper golden`. Raises InputError."""
-    result: dict[str, Any] = read_json(Path(folder) / "validation.json", "hotpath diff --simulated")
+    result = read_document(Path(folder) / "validation.json", "hotpath diff --simulated")
     print(environment("txt").get_template("validation.txt.j2").render(result))
     print(f"\nResults: {folder}")
 
 
 def write_import(folder: str) -> None:
     """Writes import.md, the page of `hotpath import ctf`. Raises InputError."""
-    result: dict[str, Any] = read_json(Path(folder) / "import.json", "hotpath import ctf")
+    result = read_document(Path(folder) / "import.json", "hotpath import ctf")
     write_file(Path(folder) / "import.md", render("import.md", "md", result))

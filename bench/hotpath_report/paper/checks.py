@@ -49,7 +49,7 @@ def percents(values: Iterable[float]) -> str:
 
 def above(estimate: Estimate, neutral: float) -> bool:
     """Whether the estimate lies above `neutral` beyond noise; exact values have no noise."""
-    return estimate.value > neutral and (not estimate.has_interval or estimate.excludes(neutral))
+    return estimate.value > neutral and not estimate.low <= neutral <= estimate.high
 
 
 def too_few(*groups: Samples) -> bool:

@@ -22,11 +22,10 @@ CAUSES = ("stolen", "throttled", "others")  # of disturbances: the kernel's coun
 
 
 def noise_of(run: dict[str, Any], summary: dict[str, Any]) -> dict[str, Any]:
-    """Disturbances of a live repetition in percent of its time, and the marks that `hotpath` gave it. Marked
+    """Disturbances of a live cell's one repetition in percent of its time, and the marks that `hotpath` gave it. Marked
     repetitions are shown and counted like all others."""
-    usage = [r["usage"] for r in run["runs"]]
-    wall_ms = sum(u["wall_ms"] for u in usage)
-    shares = {f"{cause}_percent": 100 * sum(u[f"{cause}_ms"] for u in usage) / wall_ms for cause in CAUSES}
+    (usage,) = (r["usage"] for r in run["runs"])
+    shares = {f"{cause}_percent": 100 * usage[f"{cause}_ms"] / usage["wall_ms"] for cause in CAUSES}
     return {**shares, "marks": [m for e in summary["executors"] for r in e["disturbed"] for m in r["marks"]]}
 
 

@@ -133,10 +133,8 @@ class HotPath(FigureTest):
     def test_refusals(self) -> None:
         facts = json.loads(run_json())
         del facts["machine"]["kernel"]
-        again = run_json(runs=[{"executor": "default", "repetition": 0, "replaced_by": 3}])
         for file, text, *parts in (
             ("run.json", json.dumps(facts), "`machine.kernel` is missing"),
-            ("run.json", again, "run.json", "measure it again"),
             ("chains.csv", CHAINS_HEADER, "chains.csv", "no rows"),
             ("chains.csv", "executor,chain\n", "chains.csv:1", "`hot_path_latency_ns`"),
             ("chains.csv", CHAINS_HEADER + "default,0,hot_path\n", "chains.csv:2", "`hot_path_latency_ns`"),
@@ -157,35 +155,3 @@ class HotPath(FigureTest):
         texts = self.svg_texts("hot_path.svg")
         for text in ("tiny · recorded", "on one core", "read from a trace of ros2_tracing"):
             self.assertIn(text, texts)
-
-
-class Advice(FigureTest):
-    def test_marks_the_current_executor(self) -> None:
-        value = {"value": 20.0, "interval": [18.0, 22.0]}
-        rows = [
-            {"name": name, "median_ms": value, "p99_ms": value, "worst_ms": {"value": 30.0}}
-            | {"overload": "", "description": "", "lost_percent": 0.0, "bound_ms": 40.0}
-            for name in ("rm-ro", "default")
-        ]
-        rows.append({"name": "static", "overload": "it is too slow"})
-        facts = {"graph": "tiny", "chain": "c", "objective": "p99 of c", "now": "default", "draws": 3}
-        facts |= {
-            "metric": "age of the data",
-            "order": "p99",
-            "recommended": "rm-ro",
-            "sentences": ["Take rm-ro."],
-            "change": "",
-            "seconds": 10,
-            "cores": 2,
-        }
-        facts |= {"causes": [], "doubts": [], "requirements_ms": {}, "stored": [], "ranking": rows}
-        self.write("advice.json", json.dumps(facts))
-        outputs = "rm-ro,0,c,0,20000000,25000000\nrm-ro,0,c,1,30000000,35000000\ndefault,0,c,0,30000000,\n"
-        self.write("latencies.csv", CHAINS_HEADER + outputs)
-        self.assert_drawn(self.call("advice", self.folder), self.folder, "advice")
-        text = (self.folder / "advice.svg").read_text()
-        self.assertIn("default (now)", text)
-        self.assertNotIn("static", text)
-        page = (self.folder / "report.md").read_text()
-        self.assertIn("Take rm-ro.", page)
-        self.assertIn("| static |  |  |  |  |  | it is too slow |", page)

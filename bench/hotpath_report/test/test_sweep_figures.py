@@ -11,6 +11,7 @@ from unittest.mock import patch
 
 from hotpath_report import style
 from hotpath_report.errors import InputError
+from hotpath_report.hotpath_command import VERSION
 from hotpath_report.pages import sweep_page
 
 COLUMNS = "cell,load,phases,repetition,seed,failure,executor,chain,"
@@ -35,7 +36,8 @@ class SweepFigures(unittest.TestCase):
                     cell += 1
         rows = [r[:-1] if r.endswith(",,,,,") else r for r in rows]
         (self.folder / "table.csv").write_text("\n".join(rows) + "\n")
-        (self.folder / "sweep.json").write_text(json.dumps({"axes": axes, "repetitions": 3}))
+        facts = {"version": VERSION, "axes": axes, "repetitions": 3}
+        (self.folder / "sweep.json").write_text(json.dumps(facts))
 
     def lines(self) -> tuple[list[Any], str]:
         """{executor: {x: value}} of the first measures, and the subtitle."""
@@ -73,7 +75,9 @@ class SweepFigures(unittest.TestCase):
             sweep_page.write(str(self.folder))
 
     def test_capacity_is_drawn_as_a_bar(self) -> None:
-        lines = ["executor,source,load,holds,capacity,why"]
+        of_latencies = [f"{of}_{part}ms" for of in sweep_page.LATENCIES for part in ("", "low_", "high_")]
+        measures = ["lost", "deadline_overruns", "response_share_max", *of_latencies]
+        lines = [",".join(["executor,source,load,holds,capacity,why", *measures])]
         lines += [f"rm-ro,simulated,{load},{int(load != 30)},{int(load == 20)}," for load in (10, 20, 30, 40)]
         lines += ["rm-ro,analysis,10,1,1,"]
         (self.folder / "levels.csv").write_text("\n".join(lines) + "\n")
