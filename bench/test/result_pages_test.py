@@ -160,7 +160,7 @@ class Distributions(CommandTest):
         self.assertEqual(len(accounts), 2)
         self.assertEqual(*(account["parts"][0][3].split(" ")[-1] for account in accounts))
         notes = browser.texts("#explore .notes li")
-        self.assertEqual(notes, [" ".join(advice["causes"])])
+        self.assertEqual(notes, ["In the first draw: " + " ".join(advice["causes"])])
         for sentence in advice["causes"]:
             self.assertIn(sentence, out)
         self.check_advice(advice, browser, "hot_path")

@@ -22,7 +22,7 @@ MARKS = (("median_ms", "median", "o"), ("p99_ms", "p99", "D"), ("worst_ms", "wor
 HOT_PATH, AGE = "hot_path_latency_ns", "end_to_end_latency_ns"  # columns
 TEXT = "Values are of all draws of phases and execution times."
 STORED_TEXT = (
-    " Outputs, causes and timelines are of the hot-path latency in the first draw, under the current and the "
+    " Outputs, causes and timelines are of the age of the data in the first draw, under the current and the "
     "recommended choice."
 )
 
@@ -80,7 +80,7 @@ def targets(found: Advice, rows: pd.DataFrame, labels: list[str]) -> list[dict[s
 def document(folder: Path, found: Advice, rows: pd.DataFrame) -> dict[str, Any]:
     """Everything that the interactive part shows. The curves of the stored runs come first."""
     runs = [Run(folder / name / "run") for name in ("now", "recommended")] if found["stored"] else []
-    data = interactive.stored_part(runs, [str(run.folder) for run in runs])
+    data = interactive.stored_part(runs)
     data["runs"] += interactive.of_samples({"simulated": []})["runs"]
     stored = dict(zip([found["now"], found["recommended"]], found["stored"]))
     labels = list(dict.fromkeys([*stored, *rows["executor"]]))
@@ -99,7 +99,7 @@ def tables(found: Advice) -> list[Table]:
     cells = []
     for row in found["ranking"]:
         values = [text_of(row[key]) if key in row else "" for key, *_ in MARKS]
-        bound = f"{row['bound_ms']:.1f}" if row.get("bound_ms") else ""
+        bound = f"{row['bound_ms']:.1f}" + " proven" * row.get("proven", False) if row.get("bound_ms") else ""
         lost = f"{row['lost_percent']:.1f}" if "lost_percent" in row else ""
         cells.append([row["name"], *values, lost, bound, row["overload"] or row["description"]])
     header = ["candidate", *(f"{label} ms" for _, label, _ in MARKS), "lost %", "bound ms", ""]
@@ -128,7 +128,7 @@ def write(folder: str) -> None:
     rows = read_table(Path(folder) / "latencies.csv", ["executor", "repetition", "chain", HOT_PATH], [AGE])
     text = TEXT + (STORED_TEXT if found["stored"] else "")
     section = Section("candidates", "Candidates", subtitle, text, tables=tables(found))
-    section.notes = [" ".join(found["causes"])] if found["causes"] else []
+    section.notes = ["In the first draw: " + " ".join(found["causes"])] if found["causes"] else []
     write_with_figure(
         folder,
         section,
@@ -138,6 +138,7 @@ def write(folder: str) -> None:
         subtitle,
         document(Path(folder), found, rows),
         title=f"Advice for {found['graph']}",
-        facts=[*found["sentences"], *([f"Change: {found['change']}"] if found["change"] else [])],
+        lead=found["sentences"][:1],
+        facts=[*found["sentences"][1:], *([f"Change: {found['change']}"] if found["change"] else [])],
         made_by="`hotpath advise`. Every latency: latencies.csv.",
     )

@@ -97,19 +97,20 @@ def of_samples(executors: Mapping[str, Sequence[str]], **parts: Any) -> dict[str
     return {"causes": [], "rules": [], "targets": [], "series": curves_of(found), "runs": runs} | parts
 
 
-def stored_part(runs: Sequence[Run], names: Sequence[str]) -> dict[str, Any]:
+def stored_part(runs: Sequence[Run]) -> dict[str, Any]:
     """Jobs, outputs and causes of stored runs, without distributions."""
     if not runs:
         return of_samples({})
     data: dict[str, Any] = printable_content(ask("page", [str(run.folder) for run in runs]))
-    for run, name, of in zip(runs, names, data["runs"]):
-        of |= {"name": name, "source": run.facts["kind"], "warm_up_ns": round(run["warm_up_s"] * 1e9)}
+    for run, of in zip(runs, data["runs"]):
+        of["name"] = str(run.folder)
+        of |= {"source": run.facts["kind"], "warm_up_ns": round(run["warm_up_s"] * 1e9)}
     return data
 
 
 def document(runs: Sequence[Run], names: Sequence[str], measured: Sequence[Measured]) -> dict[str, Any]:
     """Everything that the interactive part shows; web/src/data.ts describes it."""
-    data = stored_part(runs, names)
+    data = stored_part(runs)
     data["series"] = series = curves_of(
         [
             (number, executor, f"{executor} in {names[number]}" if len(runs) > 1 else executor)

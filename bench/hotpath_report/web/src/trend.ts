@@ -56,7 +56,7 @@ export class Trend {
     });
     this.plot = new uPlot(
       {
-        width, height: 220, legend: { show: false },
+        width, height: 280, legend: { show: false },
         cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
         scales: {
           x: { time: false, range: [0, Math.max(1, ...stored.map((r) => r.length_ns)) / NS_PER_S] },
