@@ -31,15 +31,16 @@ tell = partial(print, file=sys.stderr)
 def list_items() -> None:
     """Prints the items with their cells and durations."""
     cells = all_cells(MODES["standard"], SEED)
-    print(f"{'item':<16} {'simulated':>10} {'live':>16}  what")
+    print(f"{'item':<16} {'simulations':>11} {'with --live':>16}  what")
     for item in ITEMS:
         mine = [c for c in cells if c.study in item.studies]
         live = [c.seconds for c in mine if c.source == "live"]
         length = duration_text(sum(live)) if live else ""
         where = item.paper or "beyond the paper"
-        print(f"{item.name:<16} {len(mine) - len(live):>10} {length:>16}  {item.title}: {where}")
+        print(f"{item.name:<16} {len(mine) - len(live):>11} {length:>16}  {item.title}: {where}")
     live_s = sum(c.seconds for c in cells if c.source == "live")
     print(f"All live repetitions in mode standard: {duration_text(live_s)}; items share repetitions.")
+    print("One of them, simulated in seconds: hotpath paper figures --quick --only ITEM")
 
 
 def build_of(hotpath: Path) -> str:
