@@ -49,6 +49,8 @@ void explain_difference(const Options& options, StoredOutputs& a, StoredOutputs&
     subject_a.executor += " in " + options.run;
     subject_b.executor += " in " + options.other;
   }
+  subject_a.fewer = a.fewer_than(b);
+  subject_b.fewer = b.fewer_than(a);
   show(report(subject_a, of_a, subject_b, of_b), options.json);
 }
 
@@ -99,7 +101,9 @@ std::vector<std::string> difference(const SimulatedRun& a, const SimulatedRun& b
   const Totals of_a = totals_of(a, chain, latency), of_b = totals_of(b, chain, latency);
   if (of_a.outputs == 0 || of_b.outputs == 0) return {};
   const std::string& name = a.graph.chains[chain].name;
-  const Subject of{a.tasks.set, a.name, name, latency}, other{b.tasks.set, b.name, name, latency};
+  Subject of{a.tasks.set, a.name, name, latency}, other{b.tasks.set, b.name, name, latency};
+  of.fewer = of_b.outputs - std::min(of_a.outputs, of_b.outputs);
+  other.fewer = of_a.outputs - std::min(of_a.outputs, of_b.outputs);
   return report(of, of_a, other, of_b).sentences;
 }
 

@@ -258,6 +258,17 @@ std::string excess_of_tail(const TaskSet& set, const Overview& o) {
       ".");
 }
 
+/// What each lacks, which no mean shows; empty: both have as many outputs.
+std::vector<std::string> loss_sentences(const Subject& a, const Subject& b) {
+  if (a.fewer + b.fewer == 0) return {};
+  const auto fewer = [](const Subject& of, const Subject& than) {
+    const std::string count =
+        concat(of.fewer, of.chain.empty() ? " job" : " output", of.fewer > 1 ? "s" : "");
+    return concat(of.executor, " lacks ", of.fewer == 0 ? "none" : count, " that ", than.executor, " has");
+  };
+  return {concat(fewer(a, b), ", ", fewer(b, a), ": lost, or cut off where the run begins or ends.")};
+}
+
 /// Which one is faster, and what it saves.
 std::vector<std::string> gain_sentences(const Subject& a, const Totals& of_a, const Subject& b,
                                         const Totals& of_b) {
@@ -400,10 +411,13 @@ Report report(const Subject& subject, const Overview& o) {
 Report report(const Subject& a, const Totals& of_a, const Subject& b, const Totals& of_b) {
   Report r;
   r.sentences = gain_sentences(a, of_a, b, of_b);
+  const std::vector<std::string> losses = loss_sentences(a, b);
+  r.sentences.insert(r.sentences.begin() + 1, losses.begin(), losses.end());
   r.text = tables(a.set, {{a.executor, of_a}, {b.executor, of_b}}) + note_missing(a) + note_missing(b) +
            warnings_of(a) + warnings_of(b);
   for (const auto& [side, subject, totals] : {std::tuple("a", &a, &of_a), std::tuple("b", &b, &of_b)}) {
     r.data[side] = subject_json(*subject);
+    r.data[side]["fewer_outputs"] = subject->fewer;
     r.data[side].update(totals_json(subject->set, *totals));
   }
   return r;

@@ -73,12 +73,13 @@ struct Subject {
   std::string name;      ///< Of the chain; of response times, of the task.
   Latency latency = Latency::age;
   std::size_t missing = 0;                 ///< Outputs whose jobs the trace lacks.
+  std::size_t fewer = 0;                   ///< Of a comparison: outputs that the other side has more.
   std::vector<std::string> warnings = {};  ///< Sentences about overload and starvation.
 };
 
 /// What is shown of an explanation: the sentences, and tables and notes as text or the data as JSON.
 struct Report {
-  std::vector<std::string> sentences;  ///< At most five.
+  std::vector<std::string> sentences;  ///< At most six.
   std::string text;
   nlohmann::json data;
 };

@@ -66,7 +66,9 @@ StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& e
     subject_.name = options.task;
     const TaskId task = place_of(options.task, stored_.tasks.set.tasks, "task");
     for_each_response([&](const Output& output) {
-      if (output.sink == task) outputs_.push_back(output);
+      if (output.sink != task) return;
+      ++counted_[output.repetition];
+      outputs_.push_back(output);
     });
   } else {
     if (options.hot_path) subject_.latency = Latency::hot_path;
@@ -96,6 +98,7 @@ void StoredOutputs::read_chain(const std::string& name) {
   chain_ = place_of(subject_.name, chains, "chain");
   run_.for_each_chain([&](const ChainRow& row) {
     if (run_.chains()[row.record.chain] != subject_.name || !selected(row.executor, row.repetition)) return;
+    ++counted_[row.repetition];
     const auto latency = row.record.latency(subject_.latency);
     if (latency < Duration{}) {
       ++left_out_;
@@ -111,6 +114,18 @@ void StoredOutputs::for_each_response(const std::function<void(const Output&)>& 
     if (!selected(row.executor, row.repetition) || !results::counts(r, Time{} + run_.warm_up())) return;
     use({row.repetition, r.job.sequence, r.response_time(), r.job.task});
   });
+}
+
+std::size_t StoredOutputs::fewer_than(const StoredOutputs& other) const {
+  if (run_.warm_up() != other.run_.warm_up() || run_.length() != other.run_.length()) return 0;
+  std::size_t fewer = 0;
+  for (const results::RepetitionRecord& r : run_.record().runs) {
+    const auto theirs = other.counted_.find(r.repetition), own = counted_.find(r.repetition);
+    if (!selected(r.executor, r.repetition) || theirs == other.counted_.end()) continue;
+    const std::size_t count = own == counted_.end() ? 0 : own->second;
+    fewer += theirs->second - std::min(theirs->second, count);
+  }
+  return fewer;
 }
 
 void StoredOutputs::explain(const std::vector<Output>& outputs, const Explainer::Use& use) {

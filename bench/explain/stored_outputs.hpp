@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -24,6 +25,9 @@ class StoredOutputs {
   /// In the order of the file; not empty.
   [[nodiscard]] const std::vector<Output>& outputs() const { return outputs_; }
   [[nodiscard]] const Subject& subject() const { return subject_; }
+  /// How many outputs `other` has more, over the repetitions that both ran; 0 if their lengths differ. Those
+  /// that cannot be explained count.
+  [[nodiscard]] std::size_t fewer_than(const StoredOutputs& other) const;
   /// Explains these outputs. Throws UsageError if none of their jobs is in the trace, InputError.
   void explain(const std::vector<Output>& outputs, const Explainer::Use& use);
 
@@ -51,6 +55,7 @@ class StoredOutputs {
   std::optional<std::uint32_t> chain_;  // to explain; none: a task
   Subject subject_;
   std::vector<Output> outputs_;
+  std::map<std::uint32_t, std::size_t> counted_;  // by repetition, with those left out
   std::size_t left_out_ = 0;  // outputs of unknown age, or (cyclic nodes) with data younger than the job
 };
 

@@ -32,8 +32,7 @@ class Explain(CommandTest):
     def check_latencies(self, folder: str | Path, *metric: str) -> None:
         """All outputs of the first executor, together and one by one: ages, or hot-path latencies."""
         run = RunFolder(self.folder / folder)
-        executor = run.run["executors"][0]
-        chain = run.run["chains"][0]
+        executor, chain = run.run["executors"][0], run.run["chains"][0]
         all_rows = [row for row in run.chains().get((executor, 0), []) if row[0] == chain]
         rows = [(row[1], row[2 if metric else 3]) for row in all_rows if metric or row[3] is not None]
         self.assertGreater(len(rows), 0)
@@ -121,12 +120,15 @@ class Explain(CommandTest):
         self.rejected("explain", "run", says="--task")
 
     def test_two_executors_and_two_runs(self) -> None:
-        for name, executors in (("both", "default,rm-ro"), ("a", "default"), ("b", "rm-ro")):
-            self.simulated(f"--executors {executors}", name)
-        one_run = self.explained("both", "--executor", "default,rm-ro")
+        for name, executors in (("both", "default,edf-ro"), ("a", "default"), ("b", "edf-ro")):
+            self.simulated(f"--executors {executors} --load 104 --phases synchronous", name)
+        one_run = self.explained("both", "--executor", "default,edf-ro")
         for side in "ab":
             self.assertEqual(sum(one_run[side]["causes_ns"].values()), one_run[side]["latency_ns"])
         self.assertEqual(self.explained("a", "b"), one_run)
+        a, b = one_run["a"], one_run["b"]
+        self.assertEqual((a["fewer_outputs"], b["fewer_outputs"]), (0, a["outputs"] - b["outputs"]))
+        self.assertIn(", edf-ro lacks 1 output that default has: lost,", one_run["sentences"][1])
 
     def test_rows_out_of_order_are_refused(self) -> None:
         self.simulated("--executors default")
