@@ -208,8 +208,9 @@ Question::Question(const Options& given)
           parse_objective(given.objective, graph,
                           given.choose_phases ? Objective::Statistic::worst : Objective::Statistic::p99)),
       folder(setup::output_folder(given, graph)) {
-  for (const std::string& sentence : setup::utilisation(graph, tasks, nullptr).warnings)
-    std::cerr << "note: " << sentence << "\n";
+  std::vector<std::string> notes = setup::utilisation(graph, tasks, nullptr).warnings;
+  if (!objective.note.empty()) notes.insert(notes.begin(), objective.note);
+  for (const std::string& sentence : notes) std::cerr << "note: " << sentence << "\n";
 }
 
 std::vector<Candidate> Question::candidates_to_compare() const {

@@ -47,7 +47,8 @@ struct Candidate {
 
 /// What `hotpath advise` is asked, and where the answer goes.
 struct Question {
-  /// A graph without chains gets those that are found, which are printed. Notes an overload. Throws
+  /// A graph without chains gets those that are found, which are printed. Notes an overload and
+  /// Objective::note. Throws
   /// UsageError, InputError.
   explicit Question(const Options& options);
 

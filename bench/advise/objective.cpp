@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iostream>
 #include <sstream>
 
 #include "hotpath/core/enum_text.hpp"
@@ -24,14 +23,14 @@ using Statistic = Objective::Statistic;
       "losses"));
 }
 
-std::size_t chain_named(const std::string& name, const Graph& graph) {
+/// `note` gets what is meant if it is another chain.
+std::size_t chain_named(const std::string& name, const Graph& graph, std::string& note) {
   std::vector<std::string> names;
   for (const Chain& chain : graph.chains) names.push_back(chain.name);
   const auto place = std::ranges::find(names, name);
   if (place != names.end()) return static_cast<std::size_t>(place - names.begin());
   if (name == "hot_path" && !names.empty()) {
-    std::cerr << "note: --for: the graph has no chain hot_path; its first chain is meant, " << names.front()
-              << "\n";
+    note = "--for: the graph has no chain hot_path; its first chain is meant, " + names.front();
     return 0;
   }
   throw program::UsageError(
@@ -40,24 +39,25 @@ std::size_t chain_named(const std::string& name, const Graph& graph) {
                                     : "it has " + program::joined(names)));
 }
 
-Objective latency_of(std::size_t chain, const std::string& words, const Graph& graph, Statistic usual) {
+Objective latency_of(const std::string& chain, const std::string& words, const Graph& graph,
+                     Statistic usual) {
   const bool age = words == "age" || words.starts_with("age:");
   const auto statistic = words == "age" ? usual : parse<Statistic>(age ? words.substr(4) : words);
   if (!statistic) refuse(words);
-  Objective objective{
-      .statistic = *statistic, .latency = age ? Latency::age : Latency::hot_path, .chain = chain};
+  Objective objective{.statistic = *statistic, .latency = age ? Latency::age : Latency::hot_path};
+  objective.chain = chain_named(chain, graph, objective.note);
   objective.text = program::concat(metric_text(objective.latency), " of ", graph.chains[objective.chain].name,
                                    " (", to_string(*statistic), ")");
   return objective;
 }
 
-Objective::Requirement requirement(const std::string& text, const Graph& graph) {
+Objective::Requirement requirement(const std::string& text, const Graph& graph, std::string& note) {
   const std::size_t less = text.find('<');
   if (less == std::string::npos) refuse(text);
   Objective::Requirement r;
   r.most_ms = parse<double>(std::string_view(text).substr(less + 1)).value_or(0);
   if (!(r.most_ms > 0)) refuse(text);
-  r.chain = chain_named(text.substr(0, less), graph);
+  r.chain = chain_named(text.substr(0, less), graph, note);
   return r;
 }
 
@@ -85,17 +85,17 @@ const char* metric_text(Latency latency) {
 }
 
 Objective parse_objective(const std::optional<std::string>& given, const Graph& graph, Statistic usual) {
-  if (!given && !graph.chains.empty()) return latency_of(0, "age", graph, usual);
+  if (!given && !graph.chains.empty()) return latency_of(graph.chains.front().name, "age", graph, usual);
   const std::string text = given.value_or("worst_lateness");
   if (text == "losses") return {.kind = Kind::losses, .text = "lost jobs and samples"};
   if (text == "worst_lateness") return {.kind = Kind::worst_lateness, .text = "worst lateness of timers"};
   const std::size_t colon = text.find(':');
   if (colon != std::string::npos)
-    return latency_of(chain_named(text.substr(0, colon), graph), text.substr(colon + 1), graph, usual);
+    return latency_of(text.substr(0, colon), text.substr(colon + 1), graph, usual);
   Objective objective{.kind = Kind::requirements, .statistic = Statistic::worst};
   std::istringstream items(text);
   for (std::string item; std::getline(items, item, ',');) {
-    const Objective::Requirement r = requirement(item, graph);
+    const Objective::Requirement r = requirement(item, graph, objective.note);
     objective.text += program::concat(objective.text.empty() ? "" : ", ", graph.chains[r.chain].name,
                                       " within ", r.most_ms, " ms");
     objective.requirements.push_back(r);

@@ -28,6 +28,7 @@ struct Objective {
   std::size_t chain = 0;                 ///< latency: index into the graph's chains.
   std::vector<Requirement> requirements = {};
   std::string text = {};  ///< In words, such as `age of the data of hot_path (p99)`.
+  std::string note = {};  ///< What was meant instead of what was asked; empty: nothing else.
 
   [[nodiscard]] bool of_age() const { return latency == Latency::age; }
   /// Whether it is about worst cases of latencies or response times, which theory can guarantee.
