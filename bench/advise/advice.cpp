@@ -126,7 +126,6 @@ void answer(Advice& advice) {
   advice.ranked = predicted(advice, "ranking", advice.candidates, kRankingShare);
   const Candidate* const now = &advice.current(advice.candidates);
   for (Prediction& p : advice.ranked) {
-    if (p.keeps_up()) add_bound(p, advice.objective, advice.options);
     if (p.candidate == now) advice.now = &p;
   }
   advice.best = recommended(advice.ranked, *advice.now, advice.objective);

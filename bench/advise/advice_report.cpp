@@ -38,8 +38,8 @@ Objective latency_beside(const Advice& advice, Latency latency) {
 
 /// What orders the candidates, after the name of chain and metric.
 std::string order_of(const Objective& objective) {
-  return objective.kind == Objective::Kind::latency ? std::string(to_string(objective.statistic))
-                                                    : objective.text;
+  if (objective.kind == Objective::Kind::latency) return to_string(objective.statistic);
+  return (objective.requirements.empty() ? "" : "proof, then ") + objective.text;
 }
 
 std::string name_of(const Prediction& p) { return p.candidate->name; }
@@ -77,8 +77,9 @@ Table ranking_table(const Advice& advice, const json& ranking) {
     row.insert(row.end(),
                {fixed(p["lost_percent"], 1), p["timers_late"], p["never_ran"] > 0 ? p["never_ran"] : json(),
                 p["threads"], fixed(p["cores_used"], 2)});
-    row.emplace_back(p["bound_ms"].is_null() ? "" : fixed(p["bound_ms"], 1),
-                     p["bound_method"] == bounds::kExactMethod ? "exact" : "");
+    const bool exact = p["bound_method"] == bounds::kExactMethod;
+    const std::string what = p.value("proven", false) ? "proven" : exact ? "exact" : "";
+    row.emplace_back(p["bound_ms"].is_null() ? "" : fixed(p["bound_ms"], 1), what);
     table.add_row(row);
   }
   return table;
@@ -124,8 +125,10 @@ std::string recommendation(const Advice& advice) {
   }
   const Candidate& best = *advice.best->candidate;
   if (!advice.changes()) {
-    return concat("Keep ", best.name, ": no other suitable candidate makes ", objective, " smaller than its ",
-                  gain(advice, of), " beyond noise.");
+    const std::string keep = concat("Keep ", best.name, ": no other suitable candidate ");
+    return of.requirements.empty()
+               ? concat(keep, "makes ", objective, " smaller than its ", gain(advice, of), " beyond noise.")
+               : concat(keep, "is surer of ", objective, " than its ", gain(advice, of), ".");
   }
   const std::string taken =
       concat("Take ", best.name, " (", best.description, "): ", objective, " becomes ", gain(advice, of));
@@ -151,13 +154,10 @@ std::string confidence(const Advice& advice) {
                                : ", a difference within noise");
   }
   if (!best.bound) return text + "; theory gives no bound.";
-  const double bound_ms = to_ms(Duration(best.bound->ns));
   text += concat("; by theory the ", metric_text(advice.objective.latency), " never exceeds ",
-                 fixed(bound_ms, 1), " ms (", best.bound->method, ")");
+                 fixed(to_ms(Duration(best.bound->ns)), 1), " ms (", best.bound->method, ")");
   if (advice.objective.requirements.empty()) return text + ".";
-  const auto& [chain, most_ms] = advice.objective.requirements.front();
-  return concat(text, ", so ", advice.graph.chains[chain].name, " within ", most_ms, " ms is ",
-                bound_ms <= most_ms ? "" : "not ", "guaranteed.");
+  return concat(text, ", so ", advice.objective.text, " is ", best.proven ? "" : "not ", "guaranteed.");
 }
 
 /// The metric that the objective is not about.
@@ -236,8 +236,8 @@ std::string other_chains(const Advice& advice) {
       chains.push_back(advice.graph.chains[of.chain].name + " " + gain(advice, of));
   }
   if (chains.empty()) return "";
-  return concat("Chains beside the objective, ", metric_text(of.latency), " (", to_string(of.statistic),
-                "): ", joined(chains, "; "), ".");
+  return concat(all ? "Chains, " : "Chains beside the objective, ", metric_text(of.latency), " (",
+                to_string(of.statistic), "): ", joined(chains, "; "), ".");
 }
 
 /// The recommendation and its gain, the other metric, the confidence in it, its cost, other chains, and the
@@ -277,6 +277,7 @@ json row_json(const Advice& advice, const Prediction& p) {
   row["cores_used"] = p.cores_used;
   row["bound_ms"] = p.bound ? json(to_ms(Duration(p.bound->ns))) : json();
   row["bound_method"] = p.bound ? p.bound->method : "";
+  if (!advice.objective.requirements.empty()) row["proven"] = p.proven;
   if (!p.refusal.empty()) row["bound_refusal"] = p.refusal;
   row["bound_of"] = advice.objective.of_age() ? "end to end" : "hot path";
   row["periods_ms"] = json::object();
@@ -321,7 +322,7 @@ void write_text(std::ostream& out, const Advice& advice, const json& content) {
   out << "\n";
   for (const Doubt& doubt : advice.doubts)
     out << "With " << doubt.assumption << ": " << joined(doubt.values) << ".\n";
-  if (!advice.causes.empty()) out << "\n" << joined(advice.causes, "\n") << "\n";
+  if (!advice.causes.empty()) out << "\nIn the first draw:\n" << joined(advice.causes, "\n") << "\n";
   if (advice.change.empty()) return;
   out << "\nChange: " << advice.change << "\n";
   if (!std::filesystem::exists(std::filesystem::path(advice.change).replace_filename("executor.yaml")))

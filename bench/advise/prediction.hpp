@@ -24,6 +24,7 @@ struct Prediction {
   std::optional<std::string> overload;  ///< Why there is no summary; none: there is one.
   /// Of the objective's chain: of Objective::latency(). For any phases, unless it is exact.
   std::optional<bounds::Guarantee> bound;
+  bool proven = false;  ///< Of requirements: the bounds of all their chains keep the limits.
   std::string refusal;  ///< Of several threads: why it is not exact, or there is none.
 
   [[nodiscard]] bool keeps_up() const { return !overload; }
@@ -33,8 +34,8 @@ struct Prediction {
 /// Simulates all candidates that can keep up, over Options::draws draws of phases and execution times; draw i
 /// has the same phases and times for every candidate. Stops after the draw in which Options::budget_s ends,
 /// or on interruption, so that all candidates have the same draws, at least one. `progress` is called after
-/// each draw. Results do not depend on Options::threads, and are ordered by the objective, the best first,
-/// overloaded candidates last.
+/// each draw. Results have the tightest bounds that a method covers, do not depend on Options::threads, and
+/// are ordered by the objective, the best first: proven ones before all others, overloaded ones last.
 [[nodiscard]] std::vector<Prediction> predict(const std::vector<Candidate>& candidates,
                                               const Options& options, const Objective& objective,
                                               const std::function<void()>& progress);
@@ -49,10 +50,6 @@ struct SimulatedDraw {
 [[nodiscard]] SimulatedDraw simulate_draw(const Candidate& candidate, const setup::CommonOptions& options,
                                           std::uint32_t d);
 
-/// Adds the tightest bound of the objective's chain, if a method covers the candidate; with several threads
-/// and known phases its exact worst case.
-void add_bound(Prediction& prediction, const Objective& objective, const setup::CommonOptions& options);
-
 /// Why a candidate that keeps up cannot be recommended; none: it can. Empty for timer_beside_group(). A
 /// candidate may lose up to one percent more than the current executor, or anything if that is overloaded.
 [[nodiscard]] std::optional<std::string> refusal(const Prediction& prediction, const Prediction& now);
@@ -65,8 +62,8 @@ void add_bound(Prediction& prediction, const Objective& objective, const setup::
 [[nodiscard]] bool can_be_written(const Candidate& candidate);
 
 /// The best candidate that can be recommended. The current executor is preferred, if it can be
-/// recommended, unless the best one is better beyond noise and in the objective as printed. nullptr: there
-/// is none.
+/// recommended, unless the best one is better beyond noise and in the objective as printed; a proven one
+/// always. nullptr: there is none.
 [[nodiscard]] const Prediction* recommended(const std::vector<Prediction>& ranked, const Prediction& now,
                                             const Objective& objective);
 
