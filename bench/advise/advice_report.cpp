@@ -120,8 +120,16 @@ std::string recommendation(const Advice& advice) {
   const Objective& of = advice.objective;
   const std::string objective = (of.kind == Objective::Kind::latency ? "the " : "") + of.text;
   if (advice.best == nullptr) {
-    return concat("No change can be recommended for ", objective,
-                  ": no candidate keeps up, runs every task and loses no more than today.");
+    const std::string none =
+        concat("No change can be recommended for ", objective, ": no candidate keeps up");
+    const Prediction& first = advice.ranked.front();
+    if (first.keeps_up()) return none + ", runs every task and loses no more than today.";
+    const auto graph = setup::utilisation(advice.graph, advice.tasks, nullptr).overload;
+    return concat(none, ", since ",
+                  graph ? *graph
+                        : concat("under ", name_of(first), " ", *first.overload,
+                                 "; take candidates with more threads, or less work"),
+                  ".");
   }
   const Candidate& best = *advice.best->candidate;
   if (!advice.changes()) {
@@ -316,7 +324,9 @@ std::uint32_t Advice::draws() const {
 
 void write_text(std::ostream& out, const Advice& advice, const json& content) {
   const std::vector<std::string> all = content["sentences"];
-  out << program::wrapped(all.front()) << "\n" << ranking_table(advice, content["ranking"]) << "\n";
+  out << program::wrapped(all.front()) << "\n";
+  if (const Table table = ranking_table(advice, content["ranking"]); !table.rows.empty())
+    out << table << "\n";
   write_excluded(out, advice);
   for (const std::string& sentence : std::span(all).subspan(1)) out << "\n" << sentence;
   out << "\n";
