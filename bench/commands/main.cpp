@@ -109,7 +109,7 @@ int main(int argc, char** argv) {
 
   const hotpath::program::PrintableStreams printable_streams;
   CLI::App app(
-      "Measure, simulate and bound the hot-path latency of a robot's node graph under ROS executors.",
+      "Measure, simulate and bound the age of the data along a robot's node graph under ROS executors.",
       "hotpath");
   app.footer(
       "First comparison:      hotpath graph --new robot.yaml && hotpath simulate robot.yaml\n"

@@ -47,6 +47,8 @@ def unreadable(path: Path, error: OSError, made_by: str = "hotpath") -> InputErr
     remedy = f"give a folder written by `{made_by}`"
     if path.with_name(f"{path.name}.part").exists():
         remedy = "if the run was killed, `hotpath doctor RUN --recover` saves what it has finished"
+    if (imported := path.parent / "run" / path.name).exists():
+        remedy = f"give {imported.parent}"
     return InputError(f"{path}: cannot be read ({error.strerror or error}); {remedy}")
 
 

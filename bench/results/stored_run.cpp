@@ -55,9 +55,12 @@ StoredRun::StoredRun(std::filesystem::path folder, std::string option)
 
 std::ifstream StoredRun::open(const char* file) const {
   const std::string remedy =
-      std::filesystem::exists(folder_ / (std::string(file) + ".part"))
-          ? "if the run was killed, `hotpath doctor RUN --recover` saves what it has finished"
-          : "give the folder of a complete run, as written by `hotpath run` or `simulate` without --no-trace";
+      std::filesystem::exists(folder_ / "run" / file)  // of an import
+          ? "give " + (folder_ / "run").string()
+          : std::filesystem::exists(folder_ / (std::string(file) + ".part"))
+                ? "if the run was killed, `hotpath doctor RUN --recover` saves what it has finished"
+                : "give the folder of a complete run, as written by `hotpath run` or `simulate` without "
+                  "--no-trace";
   try {
     return open_input(folder_ / file, remedy);
   } catch (const InputError& error) {

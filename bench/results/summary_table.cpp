@@ -205,7 +205,8 @@ void write_table(std::ostream& out, const Summary& summary, Detail detail) {
   if (chains > 0) {
     out << "Age: from the timestamp of the oldest source to the finish of the output. Hot path: from the "
            "start of\n"
-           "the latest source's callback to the start of the last one (the paper's metric).\n";
+           "the latest source's callback to the start of the last one (the paper's metric). "
+           "Lost: unused timestamps and samples.\n";
   }
   if (any_beyond_noise(summary)) {
     out << "* beyond noise: the confidence interval of the ratio to default (summary.json) excludes 1.\n";

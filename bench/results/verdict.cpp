@@ -66,8 +66,8 @@ std::string price(const Candidate& winner, const Candidate& baseline) {
   return prices.empty() ? "" : " Price: " + program::joined(prices, "; ") + ".";
 }
 
-/// `to_default`: the sentence before names default.
-std::string certainty(const Candidate& winner, bool to_default) {
+/// `to_default`: the sentence before names default. `alone`: there is no other; it may be a recording.
+std::string certainty(const Candidate& winner, bool to_default, bool alone = false) {
   const bool simulated = winner.executor->usage.wall == Duration{};
   const std::optional<Estimate>& ratio = winner.age->p99_to_default;
   if (to_default && ratio && ratio->interval)
@@ -75,6 +75,7 @@ std::string certainty(const Candidate& winner, bool to_default) {
                   shown_difference(ratio->interval->low), " and ", shown_difference(ratio->interval->high),
                   beyond_noise(ratio) ? "." : ", so not beyond noise.");
   const std::size_t repetitions = winner.executor->repetitions;
+  if (alone && simulated && repetitions == 1) return " For one set of phases and execution times.";
   if (repetitions > 1)
     return concat(simulated ? " Simulated, " : " Measured, ", repetitions, " repetitions.");
   return simulated ? " Simulated, for one set of phases and execution times: others can reverse it."
@@ -96,7 +97,7 @@ std::string sentence(const std::string& chain, const std::vector<Candidate>& all
   if (all.size() == 1)
     return concat(chain, ": under ", best.name(), ", half of the outputs use data that is at most ",
                   shown_number(best.age->quantiles.p50), " ms old, 99 of 100 at most ",
-                  shown_number(best.p99()), ".", losses(*best.executor), certainty(best, false));
+                  shown_number(best.p99()), ".", losses(*best.executor), certainty(best, false, true));
   const auto base = std::ranges::find_if(all, [&](const Candidate& c) {
     const ExecutorLabel label(c.name());
     return label.name == kBaselineExecutor && label.stack == ExecutorLabel(best.name()).stack;

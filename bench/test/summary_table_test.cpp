@@ -74,7 +74,7 @@ rm-ro     21.2 (-50 %)*  24.0 (-50 %)*  26.1 (-50 %)*  13.1 (-50 %)*    12
             [21.0,21.5]    [23.5,24.5]    [25.2,26.1]    [12.6,13.1]
 
 Age: from the timestamp of the oldest source to the finish of the output. Hot path: from the start of
-the latest source's callback to the start of the last one (the paper's metric).
+the latest source's callback to the start of the last one (the paper's metric). Lost: unused timestamps and samples.
 * beyond noise: the confidence interval of the ratio to default (summary.json) excludes 1.
 )");
 }
