@@ -218,6 +218,9 @@ class Faulty : public Watching {
     const double at = 10.0 * ++cycles;
     if (timer && publishes) system.run(at, length, taken);
     if (timer && !publishes) system.job(at, 1, 11);
+    for (std::size_t e = observed; e < system.events.size(); ++e)
+      if (system.events[e].kind == K::rmw_take || system.events[e].number[0] == 21)
+        system.events[e].process = system.events[e].thread = process_of_sink;
     if (service && cycles % 5 == 0) system.job(at + 6, 0.5, 31);
     until(at + 9);
     if (timer) spin.ran += from_ms(2);
@@ -226,6 +229,7 @@ class Faulty : public Watching {
     observer.set_realtime(clock, at_ms(at + 9));
   }
   int cycles = 0;
+  std::uint32_t process_of_sink = 7;
   bool timer = true, publishes = true, taken = true, service = true;
   double length = 1;
   char stands = 'R';
@@ -276,6 +280,16 @@ TEST_P(FaultyCase, IsNamedFirst) {
   EXPECT_EQ(verdict("space.sink/a", "lost"),
             fault.at_start && (!taken || !publishes) ? "not observable" : "held")
       << "none was taken";
+}
+
+TEST_F(Faulty, MissesNoServiceThatDiscoveryMayNotHaveReached) {
+  service = false;
+  process_of_sink = 8;  // that of the service hears nothing from it
+  for (std::size_t e = 5; e < 9; ++e) system.events[e].process = system.events[e].thread = 8;
+  while (cycles < 900) cycle();
+  EXPECT_EQ(incident(), "");
+  while (cycles < 1100) cycle();
+  EXPECT_THAT(incident(), HasSubstr("source/reset (service) has never run"));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, FaultyCase, testing::ValuesIn(kFaults));

@@ -41,6 +41,7 @@ class CallbackCheck {
     if (entry == kNone) return;
     Process& process = processes_.try_emplace(system_.threads[job.thread].process).first->second;
     process.nodes.insert(contract_.callbacks[entry].node);
+    process.hears = process.hears || comes_from_another(job);
     process.finish = std::max(process.finish, job.start);
     Subject& subject = judge_.callback(entry);
     if (!std::exchange(subject.seen, true)) grown_ = job.start;
@@ -138,10 +139,17 @@ class CallbackCheck {
     Time finish{};                   ///< Of its latest job.
     std::optional<Time> ended = {};  ///< When it was seen to have ended.
     bool broke_off = false;
+    bool hears = false;  ///< It has taken a sample of another one: discovery has ended.
   };
 
   /// Whether the end of a job that started then may be among lost events.
   [[nodiscard]] bool is_doubtful(Time start) const { return lost_at_ && start <= *lost_at_; }
+  [[nodiscard]] bool comes_from_another(const tracing::Job& job) const {
+    if (!job.has_sample || job.sample.parent.callback == kNone) return false;
+    const auto& threads = system_.callbacks[job.sample.parent.callback].threads;
+    return !threads.empty() &&
+           system_.threads[threads.begin()->first].process != system_.threads[job.thread].process;
+  }
   /// A longer absence of jobs or samples is silence: what arrives late is known late.
   static Duration patience(const JudgedTerm& distance) {
     const Duration limit(distance.term().limit);
@@ -294,9 +302,12 @@ class CallbackCheck {
                        : timer ? std::max({callback.created + callback.period, *begin_, grown_})
                                : std::max(*begin_, grown_);
     Duration limit = kStart;
-    if (distance && (subject.seen || (timer && runs(entry))))
+    const Process* const process = process_of(entry);
+    // Before discovery has ended, nothing reaches a callback that is there.
+    const bool reached = process && (c == kNone || process->hears || processes_.size() == 1);
+    if (distance && (subject.seen || (timer && process)))
       limit = patience(*distance) + kDoubt;
-    else if (distance && runs(entry))
+    else if (distance && reached)
       limit = Duration(distance->term().limit) + kDiscovery;
     const Time latest =
         unread && !distance ? callback.published_for_it : until;  // it came late to old samples
@@ -332,12 +343,15 @@ class CallbackCheck {
   [[nodiscard]] bool is_node(std::uint32_t node, std::uint32_t entry) const {
     return node < system_.nodes.size() && names_.stated_node(node) == contract_.callbacks[entry].node;
   }
-  /// Whether the process of the entry's node runs callbacks of the contract.
-  [[nodiscard]] bool runs(std::uint32_t entry) const {
-    return std::ranges::any_of(system_.endpoints, [&](const tracing::Endpoint& e) {
-      return processes_.contains(e.process) &&
-             is_node(e.callback == kNone ? e.node : system_.callbacks[e.callback].node, entry);
-    });
+  /// The process of the entry's node; nullptr: it runs no callbacks of the contract.
+  [[nodiscard]] const Process* process_of(std::uint32_t entry) const {
+    for (const tracing::Endpoint& e : system_.endpoints) {
+      const auto process = processes_.find(e.process);
+      if (process != processes_.end() &&
+          is_node(e.callback == kNone ? e.node : system_.callbacks[e.callback].node, entry))
+        return &process->second;
+    }
+    return nullptr;
   }
   /// What is known of a callback that has never run, `c` of the system.
   [[nodiscard]] std::pair<Role, std::string> absence(std::uint32_t entry, std::uint32_t c) {
