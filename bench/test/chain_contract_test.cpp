@@ -59,6 +59,21 @@ chains:
   EXPECT_EQ(observer.chains()[0].age.max(), from_ms(7));
 }
 
+TEST(WatchingSeveralMessages, CountsThemUnlessTheContractAllowsThem) {
+  for (const char* more : {", several: true", ""}) {
+    std::string text = kContract;
+    Observer observer(parse_contract("a contract", text.insert(text.find("topic: a}") + 8, more)), nullptr);
+    WatchedSystem system;
+    system.run(10, 1, false);
+    const tracing::Event end = system.events.back(), publish = system.events[system.events.size() - 3];
+    system.events.back() = publish;
+    system.events.push_back(end);
+    for (const tracing::Event& event : system.events) observer.event(event);
+    EXPECT_EQ(observer.judge().incident().ends_with("published 2 messages of a in one job"), *more == '\0');
+    EXPECT_EQ(observer.judge().broken(), *more == '\0');
+  }
+}
+
 TEST_F(Watching, FindsTheSystemInAnotherNamespace) {
   system.events[0].text[1] = "/robot1";
   system.events[1].text[0] = "/robot1/a";

@@ -101,8 +101,9 @@ class ChainCheck {
     const std::vector<CallbackContract>& callbacks = contract_.callbacks;
     std::map<std::tuple<std::string, std::uint32_t, std::vector<std::string>>, imports::HeldInputs> held;
     for (std::uint32_t c = 0; c < callbacks.size(); ++c)
-      for (const auto& [topic, with] : callbacks[c].publishes)
-        if (!with.empty()) held[{callbacks[c].node, names.number_of(topic), with}].publishers.push_back(c);
+      for (const StatedPublication& p : callbacks[c].publishes)
+        if (!p.with.empty())
+          held[{callbacks[c].node, names.number_of(p.topic), p.with}].publishers.push_back(c);
     std::vector<imports::HeldInputs> rules;
     for (auto& [key, inputs] : held) {
       const auto& [node, topic, with] = key;
@@ -124,7 +125,7 @@ class ChainCheck {
         if (std::ranges::count(inputs.of, reader) > 0)
           with.insert(inputs.publishers.begin(), inputs.publishers.end());
       for (TaskId from = 0; from < next.size(); ++from)
-        if (contract_.callbacks[from].may_publish(contract_.callbacks[reader].topic))
+        if (contract_.callbacks[from].publication(contract_.callbacks[reader].topic))
           next[from].insert(next[from].end(), with.begin(), with.end());
     }
     return next;

@@ -89,8 +89,9 @@ std::vector<Term> read_terms(const YamlMap& map, Kind of) {
 
 StatedPublication read_publication(const YamlValue& item) {
   YamlMap map(item, "a publication");
-  map.check_keys({"topic", "with"});
+  map.check_keys({"topic", "with", "several"});
   StatedPublication publication{map.require("topic", "NAME").topic()};
+  if (const auto several = map.find("several")) publication.several = several->choice({"false", "true"}) == 1;
   if (const auto with = map.find("with"))
     for (const YamlValue& topic : with->items("a topic")) publication.with.push_back(topic.topic());
   return publication;
@@ -178,6 +179,7 @@ YAML::Node node_of(const std::vector<StatedPublication>& publishes) {
     YAML::Node publication;
     publication["topic"] = p.topic;
     for (const std::string& topic : p.with) publication["with"].push_back(topic);
+    if (p.several) publication["several"] = true;
     all.push_back(publication);
   }
   return all;
@@ -207,8 +209,9 @@ std::string CallbackContract::name() const {
   return timer == 1 ? node + " (timer)" : program::concat(node, " (timer ", timer, ")");
 }
 
-bool CallbackContract::may_publish(const std::string& published) const {
-  return std::ranges::count(publishes, published, &StatedPublication::topic) > 0;
+const StatedPublication* CallbackContract::publication(const std::string& published) const {
+  const auto publication = std::ranges::find(publishes, published, &StatedPublication::topic);
+  return publication == publishes.end() ? nullptr : &*publication;
 }
 
 const Term* find(const std::vector<Term>& terms, Clause clause) {

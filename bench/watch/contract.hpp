@@ -119,11 +119,12 @@ struct Term {
 /// nullptr: there is none of this clause.
 [[nodiscard]] const Term* find(const std::vector<Term>& terms, Clause clause);
 
-/// A topic that a callback publishes, at most once in each job.
+/// A topic that a callback publishes, at most once in each job unless `several`.
 struct StatedPublication {
   std::string topic;
   /// Topics of the node whose latest samples enter the message, besides that of the callback.
   std::vector<std::string> with = {};
+  bool several = false;  ///< A synchroniser may complete several sets in one job.
 };
 
 /// A callback by the names that a graph gives to nodes and topics.
@@ -137,8 +138,8 @@ struct CallbackContract {
 
   /// `Node/topic`, `Node/name (service)`, `Node (timer)` or `Node (timer 2)`.
   [[nodiscard]] std::string name() const;
-  /// Whether the contract lets it publish the topic.
-  [[nodiscard]] bool may_publish(const std::string& published) const;
+  /// nullptr: the contract does not let it publish the topic.
+  [[nodiscard]] const StatedPublication* publication(const std::string& published) const;
 };
 
 /// A path of data, or the threads of an executor. Callbacks are indices into the contract's.

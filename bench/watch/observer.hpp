@@ -143,13 +143,14 @@ class Observer : public tracing::Sink {
     if (topic == kNone) return;
     const std::uint32_t entry = names_.entry_of(job.ref.callback);
     const std::string& name = names_.topics()[topic];
-    const bool known = entry != kNone && contract_.callbacks[entry].may_publish(name);
+    const StatedPublication* const known =
+        entry == kNone ? nullptr : contract_.callbacks[entry].publication(name);
     JudgedTerm* const publishes = entry == kNone ? nullptr : judge_.callback(entry).find(Clause::publishes);
     const auto messages = std::ranges::count(job.published, p.topic, &tracing::Publication::topic);
     if (publishes == nullptr && !known) {
       const std::string node = node_name(system(), system().callbacks[job.ref.callback].node);
       judge_.publishers(topic).judge(false, "is also published by " + node, p.at);
-    } else if (publishes != nullptr && known && messages == 1) {
+    } else if (publishes != nullptr && known && (messages == 1 || known->several)) {
       publishes->hold();
     } else if (publishes != nullptr) {
       publishes->judge(false,

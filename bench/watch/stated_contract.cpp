@@ -5,6 +5,10 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
+#include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "hotpath/analysis/observable_limits.hpp"
@@ -70,6 +74,22 @@ ObservedSystem observed_system(const Graph& graph, const GraphTasks& tasks,
     }
   }
   return system;
+}
+
+/// States which topics a job may publish several times: it did, or joins messages like a synchroniser, which
+/// completes several sets at once if it was delayed.
+void allow_several(Contract& contract, const Trace& trace, const GraphTasks& tasks) {
+  std::set<std::tuple<TaskId, TaskId, std::uint64_t>> taken;
+  std::set<std::pair<TaskId, std::string>> several;
+  for (const JobRecord& r : trace.jobs)
+    if (!is_of_timer(r.job) && !taken.emplace(r.job.task, r.job.parent.task, r.job.parent.sequence).second)
+      several.emplace(r.job.parent.task, contract.callbacks[r.job.task].topic);
+  for (TaskId task = 0; task < tasks.set.size(); ++task)
+    for (std::size_t p = 0; p < tasks.callbacks[task].publishes.size(); ++p) {
+      StatedPublication& stated = contract.callbacks[task].publishes[p];
+      stated.several = tasks.callbacks[task].publishes[p].rule == PublishRule::all_new ||
+                       several.contains({task, stated.topic});
+    }
 }
 
 std::vector<Term> terms_of(const ObservedSystem& system, TaskId task, const Callback& callback) {
@@ -241,7 +261,9 @@ Contract recorded_contract(const guarantees::AnalyzeOptions& options, double mar
   const ObservedSystem observed = observed_system(system.graph, tasks, executor, std::nullopt);
   Contract contract{named_callbacks(system.graph, tasks), chains_of(system.graph, tasks, std::nullopt),
                     threads_of(observed, executor)};
-  const std::vector<Recorded> recorded = recorded_tasks(run.trace(executor.label, 0), tasks);
+  const Trace& trace = run.trace(executor.label, 0);
+  if (run.record().kind == results::RunKind::recorded) allow_several(contract, trace, tasks);
+  const std::vector<Recorded> recorded = recorded_tasks(trace, tasks);
   std::vector<Duration> runs(observed.threads.size());  // by executor
   for (TaskId task = 0; task < recorded.size(); ++task)
     runs[observed.executor_of[task]] += recorded[task].run;

@@ -85,7 +85,7 @@ class StatedNames {
   [[nodiscard]] bool may_publish(std::uint32_t node, std::uint32_t number) const {
     return node < system_.nodes.size() &&
            std::ranges::any_of(contract_.callbacks, [&](const CallbackContract& callback) {
-             return callback.node == stated_node(node) && callback.may_publish(topics_[number]);
+             return callback.node == stated_node(node) && callback.publication(topics_[number]);
            });
   }
 
