@@ -263,7 +263,7 @@ std::vector<std::string> loss_sentences(const Subject& a, const Subject& b) {
   if (a.fewer + b.fewer == 0) return {};
   const auto fewer = [](const Subject& of, const Subject& than) {
     const std::string count =
-        concat(of.fewer, of.chain.empty() ? " job" : " output", of.fewer > 1 ? "s" : "");
+        concat(of.fewer, of.latency == Latency::response ? " job" : " output", of.fewer > 1 ? "s" : "");
     return concat(of.executor, " lacks ", of.fewer == 0 ? "none" : count, " that ", than.executor, " has");
   };
   return {concat(fewer(a, b), ", ", fewer(b, a), ": lost, or cut off where the run begins or ends.")};

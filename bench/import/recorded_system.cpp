@@ -84,16 +84,14 @@ std::vector<RecordedExecutor> recorded_executors(const tracing::System& system) 
   return executors;
 }
 
-/// A request and the job that may have sent it: indices into the jobs.
-using Match = std::pair<std::size_t, std::size_t>;
-
 /// A callback that may have sent the requests, in each n-th job.
 struct Caller {
   std::uint32_t callback = kNone;
   std::size_t n = 1, jobs = 0;
-  std::vector<Match> matches = {};
-  Duration delays{};         ///< Sum of the distances of its jobs' ends to the starts of the service's.
-  std::ptrdiff_t idled = 0;  ///< Requests before which the service's thread idled.
+  std::vector<RequestMatch> matches = {};
+  Duration delays{};          ///< Sum of the distances of its jobs' ends to the starts of the service's.
+  std::ptrdiff_t idled = 0;   ///< Requests before which the service's thread idled.
+  std::ptrdiff_t passed = 0;  ///< These, and those that it did not serve in its next round.
 
   [[nodiscard]] bool explains(std::size_t requests) const {
     return static_cast<double>(matches.size()) >=
@@ -101,12 +99,12 @@ struct Caller {
            (n == 1 || (2 * idled <= std::ssize(matches) && requests >= kFewestCalls));
   }
   /// In steps of a tenth: a late delivery idles, too.
-  [[nodiscard]] std::ptrdiff_t late() const { return 10 * idled / std::ssize(matches); }
+  [[nodiscard]] std::ptrdiff_t late() const { return 10 * passed / std::ssize(matches); }
   [[nodiscard]] auto rank() const { return std::tuple(late(), n, delays); }
 };
 
 /// How long the thread of a request idled between the end of the job and the request.
-Duration idle_time(const std::vector<tracing::Job>& jobs, const Match& match) {
+Duration idle_time(const std::vector<tracing::Job>& jobs, const RequestMatch& match) {
   const auto& [request, sent] = match;
   const Time from = jobs[sent].finish, until = jobs[request].sample.published;
   Duration idle = until - from;
@@ -116,6 +114,16 @@ Duration idle_time(const std::vector<tracing::Job>& jobs, const Match& match) {
     if (jobs[j].start <= from) break;
   }
   return idle;
+}
+
+/// Whether the executor of a request ended two waits since the job: the first one would have found it.
+bool missed_a_round(const std::vector<tracing::Job>& jobs, const RequestMatch& match) {
+  const auto& [request, sent] = match;
+  const Time from = jobs[sent].finish + kServedWithin;
+  int waits = jobs[request].waited;
+  for (std::size_t j = request; j-- > 0 && jobs[j].start > from && waits < 2;)
+    waits += jobs[j].thread == jobs[request].thread && jobs[j].waited;
+  return waits == 2;
 }
 
 /// Each job of the service takes the latest job of the candidate that began before it, unless an
@@ -131,20 +139,58 @@ Caller matched(const std::vector<tracing::Job>& jobs, const std::vector<std::siz
     caller.matches.emplace_back(request, sent[next - n]);
     caller.delays += std::chrono::abs(jobs[request].start - jobs[sent[next - n]].finish);
   }
-  const auto idles = [&](const Match& match) { return idle_time(jobs, match) > kServedWithin; };
-  caller.idled = std::ranges::count_if(caller.matches, idles);
+  for (const RequestMatch& match : caller.matches) {
+    const bool idles = idle_time(jobs, match) > kServedWithin;
+    caller.idled += idles;
+    caller.passed += idles || missed_a_round(jobs, match);
+  }
   return caller;
 }
 
-/// Attributes requests to the callbacks that sent them. Returns one sentence for each service with a caller.
-std::vector<std::string> attribute_requests(const tracing::System& system, std::vector<tracing::Job>& jobs) {
+/// Makes the requests publications of these jobs.
+void send(std::vector<tracing::Job>& jobs, std::uint32_t topic, const std::vector<RequestMatch>& matches) {
+  for (const auto& [request, sender] : matches) {
+    tracing::Job &sent = jobs[sender], &served = jobs[request];
+    // The service may have started before the end of the job.
+    served.sample.published = std::min(sent.finish, served.start);
+    served.sample.parent = sent.ref;
+    sent.published.push_back({topic, served.sample.published, std::min(sent.finished, served.started)});
+  }
+}
+
+std::string text_of(const tracing::System& system, const Caller& caller) {
+  const tracing::Callback& of = system.callbacks[caller.callback];
+  return program::concat(system.nodes[of.node],
+                         of.kind == CallbackKind::timer
+                             ? program::concat(" (timer ", to_ms(of.period), " ms)")
+                             : " " + system.topics[of.topic].name,
+                         caller.n > 1 ? program::concat(", one in ", caller.n, " jobs") : "");
+}
+
+/// The best caller, and those that the recording does not tell from it, the best of each callback; `callers`:
+/// at least one.
+std::vector<Caller> likely_callers(std::vector<Caller> callers) {
+  constexpr std::ptrdiff_t kContradicted = 5;  // tenths of the requests
+  std::ranges::stable_sort(callers, {}, &Caller::rank);
+  const std::ptrdiff_t late = callers.front().late();
+  std::vector<Caller> all;
+  for (Caller& caller : callers)
+    if ((late >= kContradicted || caller.late() == late) &&
+        std::ranges::count(all, caller.callback, &Caller::callback) == 0)
+      all.push_back(std::move(caller));
+  return all;
+}
+
+/// Attributes requests to the callbacks that sent them. Notes one sentence for each service with a caller.
+void attribute_requests(RecordedSystem& recorded) {
+  const tracing::System& system = recorded.system;
+  std::vector<tracing::Job>& jobs = recorded.jobs;
   std::map<std::uint32_t, std::set<std::uint32_t>> client_nodes;  // by service
   for (const tracing::ServiceClient& client : system.clients)
     if (client.node != kNone) client_nodes[client.service].insert(client.node);
   std::vector<std::vector<std::size_t>> jobs_of(system.callbacks.size());
   for (std::size_t j = 0; j < jobs.size(); ++j)
     if (jobs[j].ended && jobs[j].ref.callback < jobs_of.size()) jobs_of[jobs[j].ref.callback].push_back(j);
-  std::vector<std::string> notes;
   for (std::uint32_t s = 0; s < jobs_of.size(); ++s) {
     const tracing::Callback& service = system.callbacks[s];
     const std::size_t requests = jobs_of[s].size();
@@ -163,26 +209,23 @@ std::vector<std::string> attribute_requests(const tracing::System& system, std::
           callers.push_back(std::move(caller));
     }
     if (callers.empty()) continue;
-    const Caller& best = *std::ranges::min_element(callers, {}, &Caller::rank);
-    const auto may_be = [&](const Caller& other) {
-      return other.callback != best.callback && other.late() == best.late();
-    };
-    for (const auto& [request, sender] : best.matches) {
-      tracing::Job &sent = jobs[sender], &served = jobs[request];
-      // The service may have started before the end of the job.
-      served.sample.published = std::min(sent.finish, served.start);
-      served.sample.parent = sent.ref;
-      sent.published.push_back(
-          {service.topic, served.sample.published, std::min(sent.finished, served.started)});
+    const std::vector<Caller> all = likely_callers(std::move(callers));
+    const Caller& best = all.front();
+    send(jobs, service.topic, best.matches);
+    if (all.size() > 1) {
+      OpenService& open = recorded.open.emplace_back(OpenService{service.topic});
+      for (const Caller& caller : all) {
+        open.callers.push_back(text_of(system, caller));
+        open.matches.push_back(caller.matches);
+      }
+      continue;
     }
-    notes.push_back(program::concat(
+    recorded.remarks[Remark::assumed].push_back(program::concat(
         "A trace does not show who calls a service: node ",
         system.nodes[system.callbacks[best.callback].node], " is taken to send the requests to ", name,
         ", which follow ", best.matches.size(), " of ", best.jobs, " jobs of one of its callbacks",
-        best.n > 1 ? program::concat(", one in ", best.n) : "",
-        std::ranges::any_of(callers, may_be) ? "; or jobs of another one." : "."));
+        best.n > 1 ? program::concat(", one in ", best.n) : "", "."));
   }
-  return notes;
 }
 
 std::vector<std::string> unseen_callbacks(const tracing::System& system,
@@ -216,7 +259,7 @@ RecordedSystem recorded_system(tracing::System system, std::vector<tracing::Job>
   const std::vector<tracing::Callback>& callbacks = recorded.system.callbacks;
   const tracing::Job& last = recorded.jobs.back();
   recorded.end = (last.ended ? last.finish : last.start) + Duration(1);
-  recorded.remarks[Remark::assumed] = attribute_requests(recorded.system, recorded.jobs);
+  attribute_requests(recorded);
   recorded.executors = recorded_executors(recorded.system);
   recorded.remarks[Remark::missing] = unseen_callbacks(recorded.system, recorded.executors);
   recorded.executor_of.assign(callbacks.size(), kNone);
@@ -245,6 +288,19 @@ RecordedSystem RecordedSystem::beginning(std::size_t count) const {
   }
   std::erase_if(few.lost, [&](const tracing::LostSample& l) { return l.sample.published >= few.end; });
   return few;
+}
+
+RecordedSystem RecordedSystem::with_caller(std::size_t open_service, std::size_t caller) const {
+  RecordedSystem other = *this;
+  const OpenService& service = open[open_service];
+  for (const auto& [request, sender] : service.matches.front()) {
+    std::erase_if(other.jobs[sender].published,
+                  [&](const tracing::Publication& p) { return p.topic == service.topic; });
+    other.jobs[request].sample.published = jobs[request].start;
+    other.jobs[request].sample.parent = {};
+  }
+  send(other.jobs, service.topic, service.matches[caller]);
+  return other;
 }
 
 std::vector<std::int32_t> usual_processors(const tracing::Thread& thread) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hotpath/tracing/system.hpp"
@@ -37,6 +38,16 @@ struct RecordedExecutor {
   }
 };
 
+/// A request and the job that may have sent it: indices into the jobs.
+using RequestMatch = std::pair<std::size_t, std::size_t>;
+
+/// A service of which the recording leaves open who calls it.
+struct OpenService {
+  std::uint32_t topic = kNone;
+  std::vector<std::string> callers = {};                ///< The first one is taken.
+  std::vector<std::vector<RequestMatch>> matches = {};  ///< By caller.
+};
+
 /// The first stage of an import: what the events tell without a graph.
 struct RecordedSystem {
   std::vector<tracing::Job> jobs = {};  ///< Of all callbacks, by start.
@@ -45,11 +56,14 @@ struct RecordedSystem {
   std::vector<std::uint32_t> executor_of = {};  ///< By callback; kNone: no thread of an executor ran it.
   unsigned cores = 1;
   tracing::Time end{};
+  std::vector<OpenService> open = {};
   Remarks remarks = {};
   tracing::System system = {};
 
   /// The same system with its first jobs only; fewer than it has.
   [[nodiscard]] RecordedSystem beginning(std::size_t jobs) const;
+  /// The same system, in which the service of this number is called by another one of its callers.
+  [[nodiscard]] RecordedSystem with_caller(std::size_t open_service, std::size_t caller) const;
   [[nodiscard]] const std::string& topic_of(std::uint32_t callback) const {
     return system.topics[system.callbacks[callback].topic].name;
   }
@@ -60,8 +74,9 @@ struct RecordedSystem {
 /// Callbacks that ran on one thread share an executor. A trace does not show requests to services. They
 /// become publications of the callbacks that sent them at the ends of their jobs: of a node with a client of
 /// the service, one of which each n-th job precedes nearly each job of the service, whose thread does not
-/// idle in between; of several, the one after which it idles least often, then that with the smallest n, and
-/// then the nearest.
+/// idle in between; of several, the one after which it passes by fewest requests (idles, or begins two rounds
+/// of its wait set before it serves them), then that with the smallest n, and then the nearest. Where another
+/// one is as good, or most requests would have been passed by, the caller is open.
 [[nodiscard]] RecordedSystem recorded_system(tracing::System system, std::vector<tracing::Job> jobs,
                                              std::vector<tracing::LostSample> lost, unsigned cores);
 

@@ -156,20 +156,52 @@ std::vector<std::string> fitted(const ChosenExecutors& chosen, const std::vector
   return notes;
 }
 
-/// What another reading changes in percent, and as the end of a sentence. Both have the same chains.
+/// What another reading changes in percent, and as the end of a sentence, of the chains that both have.
 std::pair<double, std::string> effect_of(const Reproduction& best, const Reproduction& other) {
   std::string largest = ", without effect on any chain";
   double most = -1;
-  for (std::size_t i = 0; i < std::min(best.check.chains.size(), other.check.chains.size()); ++i) {
-    const double one = best.check.chains[i].simulated_ms.p50, two = other.check.chains[i].simulated_ms.p50;
+  for (const auto& chain : other.check.chains) {
+    const auto& of_best = best.check.chains;
+    const auto same = std::ranges::find(of_best, chain.chain, [](const auto& c) { return c.chain; });
+    if (same == of_best.end()) continue;
+    const double one = same->simulated_ms.p50, two = chain.simulated_ms.p50;
     const double percent = 100 * std::abs(two / one - 1);
     if (!(percent > most)) continue;
     most = percent;
     largest = program::text(", which %s: the median of %s is %.1f or %.1f ms",
                             percent > kMedianError_percent ? "matters" : "does not matter",
-                            best.check.chains[i].chain.c_str(), one, two);
+                            chain.chain.c_str(), one, two);
   }
   return {most, largest};
+}
+
+/// Who calls the services of which that is open, as phrases with what it changes in the chains without
+/// services. `read`: interprets another reading.
+std::vector<std::string> open_callers(const RecordedSystem& recorded, const Interpretation& found,
+                                      const Reproduction& best, const std::vector<std::string>& labels,
+                                      const std::string& deployment_file, const auto& read) {
+  std::vector<Chain> chains = found.graph.graph.chains;
+  std::erase_if(chains, [&](const Chain& chain) {
+    return std::ranges::any_of(found.graph.tasks.set.tasks, [&](const Task& task) {
+      const bool called = task.entity == EntityKind::service || task.entity == EntityKind::client;
+      return called && std::ranges::count(chain.nodes, task.name) > 0;
+    });
+  });
+  std::vector<std::string> open;
+  for (std::size_t s = 0; s < recorded.open.size(); ++s) {
+    const OpenService& service = recorded.open[s];
+    std::pair<double, std::string> most{-2, ""};
+    for (std::size_t c = 1; c < service.callers.size(); ++c) {
+      const RecordedSystem other = recorded.with_caller(s, c);
+      Interpretation second = read(other);
+      second.graph.graph.chains = chains;
+      most = std::max(most, effect_of(best, reproduce(other, second, labels, deployment_file)));
+    }
+    open.push_back(program::concat("whether the requests to ", recorded.system.topics[service.topic].name,
+                                   " come from ", program::joined(service.callers, ", or "), " (undecided)",
+                                   most.second));
+  }
+  return open;
 }
 
 /// Executors of the same class that the recording does not tell from this one: rclcpp's generations.
@@ -239,10 +271,15 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
       best.check.doubt(program::concat(recorded.executors[e].name,
                                        " is left out of the recognition, and simulated as ", chosen.labels[e],
                                        ". ", sentence(recognitions[e])));
+  CtfOptions plain = options;
+  plain.chains.clear();  // which the other graph may not have
+  std::ranges::move(open_callers(recorded, found, best, chosen.labels, deployment_file,
+                                 [&, &orders = deliveries](const RecordedSystem& other) {
+                                   return interpret(other, plain, orders, shown);
+                                 }),
+                    std::back_inserter(remarks[Remark::open]));
   if (const std::vector<std::string>& what = remarks[Remark::undecided]; !what.empty()) {
     shown.other = true;
-    CtfOptions plain = options;
-    plain.chains.clear();  // which the other graph may not have
     Interpretation other = interpret(recorded, plain, deliveries, shown);
     other.graph.graph.chains = found.graph.graph.chains;
     remarks[Remark::open].push_back(program::concat(

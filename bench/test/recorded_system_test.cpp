@@ -65,12 +65,14 @@ class ServiceCalls : public testing::Test {
         tracing::Job& job = r_.job(callback, 0, start(i), start(i) + 1ms);
         job.sample.published = job.start;
         job.started = static_cast<std::uint64_t>(start(i).count());
+        job.waited = waits_.contains(start(i) % 50ms);
       }
     imports::RecordedSystem recorded = imports::recorded_system(r_.system, r_.jobs, {}, 0);
-    r_.jobs = std::move(recorded.jobs);
+    r_.jobs = recorded.jobs;
     for (const tracing::Job& job : r_.jobs)
       if (job.ref.callback == 0) callers_.insert(job.sample.parent.callback);
-    return recorded.remarks.at(imports::Remark::assumed);
+    recorded_ = std::move(recorded);
+    return recorded_.remarks[imports::Remark::assumed];
   }
   static std::function<Duration(int)> after(Duration offset) {
     return [offset](int i) { return i * 50ms + offset; };
@@ -78,6 +80,8 @@ class ServiceCalls : public testing::Test {
 
   RecordedCallbacks r_;
   std::set<std::uint32_t> callers_;
+  std::set<Duration> waits_;  ///< Before jobs that start at these instants of a period.
+  imports::RecordedSystem recorded_;
 };
 
 TEST_F(ServiceCalls, AreOfTheCallbackThatRanAsOften) {
@@ -88,9 +92,26 @@ TEST_F(ServiceCalls, AreOfTheCallbackThatRanAsOften) {
   EXPECT_EQ(r_.jobs.back().sample.published, r_.jobs.back().start - 9ms);
 }
 
-TEST_F(ServiceCalls, OfSeveralTheNearestIsTaken) {
-  EXPECT_EQ(attribute({{1, after(0ms)}, {2, after(5ms)}, {0, after(10ms)}}).size(), 1U);
+TEST_F(ServiceCalls, OfSeveralTheNearestIsTakenAndTheOthersAreOpen) {
+  r_.system.callbacks[2].period = 20ms;
+  EXPECT_THAT(attribute({{1, after(0ms)}, {2, after(5ms)}, {0, after(10ms)}}), testing::IsEmpty());
   EXPECT_EQ(callers_, std::set<std::uint32_t>{2});
+  ASSERT_EQ(recorded_.open.size(), 1U);
+  EXPECT_THAT(recorded_.open[0].callers, testing::ElementsAre("/n1 (timer 20 ms)", "/n1 (timer 10 ms)"));
+  for (const tracing::Job& job : recorded_.with_caller(0, 1).jobs) {
+    EXPECT_EQ(job.published.size(), job.ref.callback == 1 ? 1U : 0U);
+    EXPECT_EQ(job.sample.parent.callback == 1, job.ref.callback == 0);
+  }
+}
+
+TEST_F(ServiceCalls, AnExecutorServesRequestsInItsNextRound) {
+  r_.callback(K::timer, 0);
+  waits_ = {3ms, 4ms};
+  std::vector<std::pair<std::uint32_t, std::function<Duration(int)>>> starts = {
+      {1, after(0ms)}, {2, after(5ms)}, {2, after(30ms)}, {0, after(10ms)}};
+  for (const int busy : {1, 2, 3, 4, 6, 7, 8, 9}) starts.emplace_back(3, after(busy * 1ms));
+  EXPECT_THAT(attribute(starts), testing::ElementsAre(testing::HasSubstr("one in 2.")));
+  EXPECT_EQ(callers_, std::set<std::uint32_t>{2}) << "two rounds have begun since the other one's jobs";
 }
 
 TEST_F(ServiceCalls, OneInThreeJobsMayCall) {
