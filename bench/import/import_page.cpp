@@ -295,6 +295,8 @@ json import_json(const Facts& facts) {
            {{"n", delivery.n},
             {"least_us", to_us(delivery.least)},
             {"median_us", to_us(delivery.median)},
+            {"p99_us", to_us(delivery.p99)},
+            {"outliers", delivery.outliers},
             {"greatest_us", to_us(delivery.greatest)}}},
           {"deliveries", deliveries_json(system, imported.deliveries)},
           {"tasks", tasks_json(facts)},
@@ -332,10 +334,10 @@ void print_import(std::ostream& out, const Facts& facts, const std::filesystem::
       << " s; executors: " << first_of(executors) << "\nUncertain: " << first_of(uncertain)
       << "\nMissing: " << first_of(missing)
       << (delivery.n == 0 ? ""
-                          : program::text("\nDelivery: %.1f to %.1f us, median %.1f us (%zu samples that a "
-                                          "sleeping thread took)",
-                                          to_us(delivery.least), to_us(delivery.greatest),
-                                          to_us(delivery.median), delivery.n))
+                          : program::text("\nDelivery: median %.1f us, p99 %.1f us, greatest %.1f us (%zu "
+                                          "samples that a sleeping thread took)",
+                                          to_us(delivery.median), to_us(delivery.p99),
+                                          to_us(delivery.greatest), delivery.n))
       << "\nReproduction: " << to_string(check.light) << " (order of jobs "
       << program::fixed(check.schedule.similarity, 3) << " similar)"
       << (light.empty() ? "" : "; " + first_of(light)) << "\nNext: "

@@ -24,7 +24,8 @@ MeasuredCost cost_of(std::vector<Duration> samples) {
   if (samples.empty()) return {};
   std::ranges::sort(samples);
   const auto at = [&](std::size_t percent) { return samples[(samples.size() - 1) * percent / 100]; };
-  return {samples.size(), at(0), at(50), at(90), at(100)};
+  const auto outliers = samples.end() - std::ranges::upper_bound(samples, 10 * at(50));
+  return {samples.size(), static_cast<std::size_t>(outliers), at(0), at(50), at(90), at(99), at(100)};
 }
 MeasuredCost cost_of(const Gaps& gaps, std::optional<TaskKind> kind = {}) {
   std::vector<Duration> samples;

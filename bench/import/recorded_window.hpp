@@ -47,8 +47,8 @@ struct RecordedWindow {
 
 /// Measured times.
 struct MeasuredCost {
-  std::size_t n = 0;
-  Duration least{}, median{}, p90{}, greatest{};
+  std::size_t n = 0, outliers = 0;  ///< Outliers are above ten times the median.
+  Duration least{}, median{}, p90{}, p99{}, greatest{};
 };
 
 /// The costs of an executor, from the gaps between the jobs of its threads.

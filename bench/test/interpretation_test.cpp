@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <span>
+#include <tuple>
 
 #include "hotpath/tracing/assembler.hpp"
 #include "import/stages.hpp"
@@ -154,6 +156,19 @@ TEST(Import, FindsExecutorsAndTheirDeploymentWithoutFiles) {
   EXPECT_EQ(best.graph.platform.measured_delivery, 50us);
   EXPECT_EQ(plan.executors[1].processors, (std::vector<int>{1}));
   EXPECT_FALSE(std::filesystem::exists(plan.file));
+  std::size_t relative = 0;
+  for (const JobRecord& r : best.trace.jobs)
+    relative += r.job.deadline == r.job.timestamp + 10ms && r.job.timestamp < Time{} + 1s;
+  EXPECT_EQ(relative, 99U) << "instants of the timer's jobs are relative to the epoch";
+}
+
+TEST(Import, CountsOutliersOfDelivery) {
+  imports::RecordedCosts costs;
+  costs.deliveries.assign(199, 10us);
+  costs.deliveries.push_back(101us);
+  const imports::MeasuredCost delivery = imports::measured_delivery(std::span(&costs, 1));
+  EXPECT_EQ(std::tuple(delivery.n, delivery.outliers, delivery.p99, delivery.greatest),
+            std::tuple(200U, 1U, 10us, 101us));
 }
 
 TEST(Import, ExecutionTimesThatDependOnThePreviousOneAreReplayed) {
@@ -164,14 +179,6 @@ TEST(Import, ExecutionTimesThatDependOnThePreviousOneAreReplayed) {
   EXPECT_EQ(model([](auto job) { return job < 50 ? 2'000'000 : 4'000'000; }), ExecutionTimeModel::replayed);
   EXPECT_EQ(model([](auto job) { return job % 2 == 0 ? 2'000'000 : 4'000'000; }),
             ExecutionTimeModel::measured);
-}
-
-TEST(Import, InstantsOfJobsAreRelativeToTheEpoch) {
-  std::size_t relative = 0;
-  const TwoThreads two;
-  for (const JobRecord& r : two.imported().best.trace.jobs)
-    relative += r.job.deadline == r.job.timestamp + 10ms && r.job.timestamp < Time{} + 1s;
-  EXPECT_EQ(relative, 99U) << "jobs of the timer";
 }
 
 TEST(Import, PhasesOfSamplesFromOutsideAreTheLeastOnesAfterTheEpoch) {
