@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
@@ -180,18 +182,31 @@ json self_check_json(const SelfCheck& check) {
        {{"recorded", check.lost_recorded_percent}, {"simulated", check.lost_simulated_percent}}}};
 }
 
-/// How often and how long callbacks ran that are not in the graph.
+/// How often and how long callbacks ran that are not in the graph; by name those with a share of the load.
 json left_out_json(const Facts& facts) {
+  constexpr double kLeast_percent = 0.05;
   std::uint64_t callbacks = 0, jobs = 0;
   Duration busy{};
+  std::map<std::string, Duration> by_name;
   const std::vector<tracing::Callback>& all = facts.system.callbacks;
   for (std::uint32_t c = 0; c < all.size(); ++c) {
     if (facts.imported.found.graph.task({c, 0}) != kNoTask) continue;
     ++callbacks;
     jobs += all[c].jobs;
     busy += all[c].busy;
+    const bool known = all[c].node != kNone && all[c].topic != kNone;
+    by_name[known ? concat(facts.system.topics[all[c].topic].name, " of ", facts.system.nodes[all[c].node])
+                  : "callbacks without a node or topic"] += all[c].busy;
   }
-  return {{"callbacks", callbacks}, {"jobs", jobs}, {"busy_ms", to_ms(busy)}};
+  std::vector<std::pair<double, std::string>> shares;
+  for (const auto& [name, its] : by_name)
+    if (const double share = 100 * seconds_of(its) / seconds_of(facts.reading.length());
+        share >= kLeast_percent)
+      shares.emplace_back(share, program::text("%s (%.1f %% of a processor)", name.c_str(), share));
+  std::ranges::sort(shares, std::greater());
+  json named = json::array();
+  for (const auto& [share, text] : shares) named.push_back(text);
+  return {{"callbacks", callbacks}, {"jobs", jobs}, {"busy_ms", to_ms(busy)}, {"named", named}};
 }
 
 /// The first items, for one line.
@@ -311,6 +326,8 @@ void print_import(std::ostream& out, const Facts& facts, const std::filesystem::
   const SelfCheck& check = best.check;
   const MeasuredCost delivery = measured_delivery(best.costs);
   std::vector<std::string> executors, light = check.reasons, uncertain = defects(facts), missing;
+  if (const std::vector<std::string> named = left_out_json(facts)["named"]; !named.empty())
+    missing.push_back("left out: " + first_of(named, ", "));
   for (std::size_t e = 0; e < best.labels.size(); ++e) {
     const Recognition& r = imported.recognitions[e];
     if (r.verdict == Verdict::recognised || r.verdict == Verdict::tie)
