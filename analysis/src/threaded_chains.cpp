@@ -116,8 +116,9 @@ bool ThreadedChains::find_responses() {
       if (places_[id].tree == kNoTree) continue;
       const std::optional<std::int64_t> wait = waiting(id);
       std::int64_t& response = responses[places_[id].tree];
-      response = std::max(response, wait ? add(places_[id].work_before + topology_.set()[id].wcet.count(), *wait)
-                                         : kLongestWait);
+      response =
+          std::max(response, wait ? add(places_[id].work_before + topology_.set()[id].wcet.count(), *wait)
+                                  : kLongestWait);
     }
     bool changed = false, all = true;
     for (std::size_t t = 0; t < trees_.size(); ++t) {

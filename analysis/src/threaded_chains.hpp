@@ -11,8 +11,8 @@
 
 namespace hotpath {
 
-/// Timers and the subscriptions that follow them, on several threads that never idle while a callback is ready,
-/// in the manner of Bertogna and Cirinei, and where a task activates several others, of Melani et al.
+/// Timers and the subscriptions that follow them, on several threads that never idle while a callback is
+/// ready, in the manner of Bertogna and Cirinei, and where a task activates several others, of Melani et al.
 /// (docs/chain_bounds.md, "Threads of one executor"). Costs nothing but the callbacks' own work.
 class ThreadedChains final : public PathBounds {
  public:

@@ -43,10 +43,7 @@ void add_paper_threads(CLI::App& paper);
 [[nodiscard]] std::string plural(const std::string& word);
 
 /// What is wrong with a command line that `app` refused because of a word it does not know, and what
-/// to write instead: the new name of an old one, or the most similar one.
+/// to write instead: the most similar one.
 [[nodiscard]] std::string unknown_word(const CLI::App& app);
-
-/// What to use in place of a command or an option `word` of an earlier version, as a sentence; empty: none.
-[[nodiscard]] std::string what_became_of(const std::string& command, const std::string& word);
 
 }  // namespace hotpath::commands

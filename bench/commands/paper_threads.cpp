@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -10,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "advise/phase_search.hpp"
 #include "bounds/exact_worst_cases.hpp"
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
@@ -28,6 +26,8 @@
 namespace hotpath::commands {
 
 namespace {
+
+using Schedule = std::vector<Duration>;  ///< The first timestamps, by task.
 
 /// Values in ms that are published as upper bounds on the latencies of the chains of a case study.
 struct Published {
@@ -74,7 +74,6 @@ const std::vector<CaseStudy> kCaseStudies = {
 constexpr int kBestCasePercent = 50;  ///< Of the graphs, and of all schedules for any phases.
 
 struct ThreadsArguments {
-  double time_out_s = 0;  ///< Of the search for phases; 0: none.
   std::string output;
 };
 
@@ -93,32 +92,6 @@ class JudgedStudy {
     for (const std::vector<double>& ms : study.phases_ms) {
       schedules_.emplace_back(tasks_.set.size());
       std::ranges::transform(ms, schedules_.back().begin(), [](double phase) { return from_ms(phase); });
-    }
-  }
-
-  /// Adds phases under which a search finds a chain to last longer; each gets an equal share of the time.
-  void search(double time_out_s) {
-    for (std::size_t chain = 0; chain < graph_.chains.size(); ++chain) {
-      const auto end = std::chrono::steady_clock::now() +
-                       setup::seconds(time_out_s / static_cast<double>(graph_.chains.size()));
-      const auto stop = [&] { return program::interrupted() != 0 || std::chrono::steady_clock::now() > end; };
-      const auto evaluate = [&](const advise::FirstTimestamps& first, const advise::Score&) {
-        const GraphBounds bounds = exact(first, kBestCasePercent);
-        advise::PhaseValues values{.first = first, .refusal = bounds.refusal};
-        if (values.exact()) values.within_margin.value = -to_ms(Duration(age(bounds, chain)));
-        return values;
-      };
-      advise::PhaseValues longest;
-      const auto keep = [&](const advise::PhaseValues& found) {
-        if (found.within_margin < longest.within_margin) longest = found;
-      };
-      for (const advise::FirstTimestamps& known : schedules_) keep(evaluate(known, {}));
-      for (std::uint64_t seed = 0; !stop(); ++seed) {
-        const auto start = make_phases(graph_, tasks_, Phases::random, {.step = {}, .seed = seed});
-        keep(advise::search_phases(tasks_.set, {}, {seed == 0 ? longest.first : start}, evaluate, 0, stop));
-      }
-      if (longest.exact() && std::ranges::count(schedules_, longest.first) == 0)
-        schedules_.push_back(longest.first);
     }
   }
 
@@ -178,7 +151,7 @@ class JudgedStudy {
   static constexpr std::int64_t kNoBound = std::numeric_limits<std::int64_t>::max();
 
   /// The worst cases for these phases and execution times from a share of the longest ones.
-  GraphBounds exact(const advise::FirstTimestamps& first, int best_case_percent,
+  GraphBounds exact(const Schedule& first, int best_case_percent,
                     std::vector<bounds::ReachedWorstCase>* reached = nullptr) const {
     const auto known = known_.find({first, best_case_percent});
     if (known != known_.end() && reached == nullptr) return known->second;
@@ -201,8 +174,8 @@ class JudgedStudy {
   const setup::ExecutorSpec executor_ = setup::parse_executor(study_.executor, {});
   Graph graph_ = load_graph(find_graph(study_.graph));
   const GraphTasks tasks_ = make_tasks(graph_);
-  std::vector<advise::FirstTimestamps> schedules_;
-  mutable std::map<std::pair<advise::FirstTimestamps, int>, GraphBounds> known_;     // results of exact()
+  std::vector<Schedule> schedules_;
+  mutable std::map<std::pair<Schedule, int>, GraphBounds> known_;                    // results of exact()
   std::vector<ReachedAge> longest_ = std::vector<ReachedAge>(graph_.chains.size());  // by chain
 };
 
@@ -216,8 +189,6 @@ void judge_published_threads(const ThreadsArguments& arguments) {
   std::size_t schedules = 0;
   for (const CaseStudy& study : kCaseStudies) {
     JudgedStudy& judged = studies.emplace_back(study, schedules);
-    if (arguments.time_out_s > 0)
-      judged.search(arguments.time_out_s / static_cast<double>(kCaseStudies.size()));
     schedules += judged.judge(table);
   }
   std::cout << table << "\nThe schedules, as runs that `hotpath report` and `hotpath explain` read:\n";
@@ -233,8 +204,6 @@ void add_paper_threads(CLI::App& paper) {
   auto [threads, judged] = add_command<ThreadsArguments>(
       paper, "threads", "Published bounds for several threads against exact worst cases",
       "hotpath paper threads", judge_published_threads);
-  add(threads, "--time-out", judged.time_out_s, {0, 1e6}, "SECONDS",
-      "Also search phases for so long under which chains last longer than known");
   add(threads, "--output", judged.output, "FOLDER",
       "New folder for the table (CSV) and the longest schedules");
   add_json_option(threads);

@@ -179,9 +179,8 @@ class SweepCells {
     for (const CLI::Option* option : known.table.get_options()) {
       for (const std::string& long_name : option->get_lnames()) names.push_back(long_name);
     }
-    const std::string now = what_became_of(design_.command, "--" + name);
     throw InputError(design_.file, line, "`" + design_.command + "` has no option --" + name,
-                     now.empty() ? suggest(name, names) : now);
+                     suggest(name, names));
   }
 
   void check_cell(const std::vector<sweep::Option>& at, int line) const {

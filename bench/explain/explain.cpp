@@ -2,15 +2,29 @@
 #include "explain/explain.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <iostream>
 #include <utility>
 
 #include "explain/stored_outputs.hpp"
 #include "program/errors.hpp"
+#include "program/shown_text.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::explain {
 
 namespace {
+
+/// Prints to standard output.
+void show(const Report& report, bool as_json) {
+  if (!as_json) {
+    std::cout << program::joined(report.sentences, "\n") << "\n\n" << report.text;
+    return;
+  }
+  nlohmann::json data = report.data;
+  data["sentences"] = report.sentences;
+  program::data_output() << data.dump(2) << "\n";
+}
 
 const Output& chosen(const Options& options, const StoredOutputs& stored,
                      const std::vector<Output>& by_latency) {
@@ -74,6 +88,31 @@ Totals totals_of(const SimulatedRun& run, std::uint32_t chain, Latency latency) 
 }
 
 }  // namespace
+
+void Totals::add(const Explanation& explanation) {
+  ++outputs;
+  latency += explanation.latency;
+  for (const Part& part : explanation.parts) {
+    causes[static_cast<std::size_t>(part.cause)] += part.length;
+    if (part.behind.task != kNoTask) behind[{part.cause, part.rule, part.behind.task}] += part.length;
+    if (part.cause == Cause::running) running[explanation.path[part.step].job.task] += part.length;
+  }
+}
+
+Overview::Overview(const std::vector<Output>& outputs) {
+  constexpr double kBelowMedian = 0.45, kAboveMedian = 0.55;
+  const std::vector<Output> sorted = sorted_by_latency(outputs);
+  middle_from_ = at_quantile(sorted, kBelowMedian).latency;
+  middle_to_ = at_quantile(sorted, kAboveMedian).latency;
+  const auto worst = std::max(1.0, std::floor(kTail * static_cast<double>(sorted.size())));
+  tail_from_ = sorted[sorted.size() - static_cast<std::size_t>(worst)].latency;
+}
+
+void Overview::add(const Explanation& explanation) {
+  all.add(explanation);
+  if (explanation.latency >= middle_from_ && explanation.latency <= middle_to_) middle.add(explanation);
+  if (explanation.latency >= tail_from_) tail.add(explanation);
+}
 
 void explain(const Options& options) {
   const bool one = options.worst || options.quantile || options.sequence;

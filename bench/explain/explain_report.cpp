@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <iostream>
 #include <set>
 
-#include "program/shown_text.hpp"
 #include "program/table.hpp"
 #include "program/text.hpp"
 
@@ -300,31 +298,6 @@ std::vector<std::string> gain_sentences(const Subject& a, const Totals& of_a, co
 
 }  // namespace
 
-void Totals::add(const Explanation& explanation) {
-  ++outputs;
-  latency += explanation.latency;
-  for (const Part& part : explanation.parts) {
-    causes[static_cast<std::size_t>(part.cause)] += part.length;
-    if (part.behind.task != kNoTask) behind[{part.cause, part.rule, part.behind.task}] += part.length;
-    if (part.cause == Cause::running) running[explanation.path[part.step].job.task] += part.length;
-  }
-}
-
-Overview::Overview(const std::vector<Output>& outputs) {
-  constexpr double kBelowMedian = 0.45, kAboveMedian = 0.55;
-  const std::vector<Output> sorted = sorted_by_latency(outputs);
-  middle_from_ = at_quantile(sorted, kBelowMedian).latency;
-  middle_to_ = at_quantile(sorted, kAboveMedian).latency;
-  const auto worst = std::max(1.0, std::floor(kTail * static_cast<double>(sorted.size())));
-  tail_from_ = sorted[sorted.size() - static_cast<std::size_t>(worst)].latency;
-}
-
-void Overview::add(const Explanation& explanation) {
-  all.add(explanation);
-  if (explanation.latency >= middle_from_ && explanation.latency <= middle_to_) middle.add(explanation);
-  if (explanation.latency >= tail_from_) tail.add(explanation);
-}
-
 Report report(const Subject& subject, const Explanation& e) {
   const TaskSet& set = subject.set;
   const std::string first = name_of(set, e.path.front().job.ref()),
@@ -421,16 +394,6 @@ Report report(const Subject& a, const Totals& of_a, const Subject& b, const Tota
     r.data[side].update(totals_json(subject->set, *totals));
   }
   return r;
-}
-
-void show(const Report& report, bool as_json) {
-  if (!as_json) {
-    std::cout << joined(report.sentences, "\n") << "\n\n" << report.text;
-    return;
-  }
-  json data = report.data;
-  data["sentences"] = report.sentences;
-  program::data_output() << data.dump(2) << "\n";
 }
 
 }  // namespace hotpath::explain

@@ -88,7 +88,4 @@ struct Report {
 /// Why one is faster than the other.
 [[nodiscard]] Report report(const Subject& a, const Totals& of_a, const Subject& b, const Totals& of_b);
 
-/// Prints to standard output.
-void show(const Report& report, bool as_json);
-
 }  // namespace hotpath::explain

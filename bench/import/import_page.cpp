@@ -338,7 +338,8 @@ void print_import(std::ostream& out, const Facts& facts, const std::filesystem::
                                  {&uncertain, Remark::assumed},
                                  {&missing, Remark::missing},
                                  {&missing, Remark::unmodelled}})
-    std::ranges::copy(imported.remarks.at(kind), std::back_inserter(*to));
+    if (const auto of = imported.remarks.find(kind); of != imported.remarks.end())
+      std::ranges::copy(of->second, std::back_inserter(*to));
   for (const auto& chain : check.chains)
     if (std::isfinite(chain.recorded_ms.p50) && std::isfinite(chain.simulated_ms.p50))
       light.push_back(program::text("%s median %.2f ms recorded, %.2f simulated (%+.1f %%)",

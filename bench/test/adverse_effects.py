@@ -177,7 +177,6 @@ EFFECTS = {
 --threads 3 = results do not depend on the number of threads
 """,
     "paper figures": "--live --quick --only @ of the package: test_reproduction",
-    "paper threads": "--time-out @ field_test.py",
     "doctor {stock}/run": """
 --duration @ bench_command_test.py
 --recover @ recover_test.py

@@ -114,7 +114,7 @@ class Judgements(FieldTest):
         self.assertRegex(out, r"\nmulti:2.* without a bound: exploration: .* it covers no costs")
 
     def test_published_values_for_several_threads(self) -> None:
-        out = self.accepted("paper", "threads", "--time-out", 3, "--output", "threads", "--json")
+        out = self.accepted("paper", "threads", "--output", "threads", "--json")
         for row in json.loads(out):
             published, reached = float(row["published"]), float(row["reached"])
             most = float("inf" if row["at most"] == "-" else row["at most"])
