@@ -32,8 +32,6 @@ rum | `rum` | did you mean `run`?
 simulat | simulate
 import {stock} | write `hotpath import ctf
 import ctf {stock}/tiny.yaml | is not a folder; unpack an archive
-timeline | `timeline` is | export perfetto RUN
-validate | `validate` is | `diff RUN --simulated`
 run --fast | --fast | hotpath run --help
 run --executers rm-ro | --executors
 run --domain 233 | --domain | 0 to 232
