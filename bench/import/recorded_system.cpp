@@ -6,6 +6,7 @@
 #include <set>
 #include <tuple>
 
+#include "hotpath/core/time.hpp"
 #include "hotpath/core/worker.hpp"
 #include "program/text.hpp"
 

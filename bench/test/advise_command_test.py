@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`hotpath advise` as a user starts it: its ranking, its files, and its errors."""
 
-import json
 import shutil
 from pathlib import Path
 from typing import Any
