@@ -165,7 +165,8 @@ void write(Advice& advice) {
   };
   if (std::ranges::any_of(advice.ranked, has_outputs)) program::draw_figure("advice", advice.folder);
   if (!contract.empty()) std::cout << "\nContract for `hotpath watch`: " << contract << "\n";
-  if (advice.changes()) std::cout << installation(advice.folder);
+  if (advice.changes())
+    std::cout << installation(advice.folder, std::filesystem::absolute(advice.folder).lexically_normal());
   advice.finish(content);
 }
 

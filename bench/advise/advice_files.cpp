@@ -53,9 +53,9 @@ std::vector<std::string> write_executor_files(const Candidate& candidate, const 
   return {folder / "graph.yaml", folder / "executor.yaml"};
 }
 
-std::string installation(const fs::path& folder) {
-  const std::string file = fs::absolute(folder / "executor.yaml").lexically_normal();
-  if (!fs::exists(file)) return "";
+std::string installation(const fs::path& folder, const fs::path& shown) {
+  if (!fs::exists(folder / "executor.yaml")) return "";
+  const std::string file = shown / "executor.yaml";
   return concat(R"(
 Install it in one of three ways:
 

@@ -23,8 +23,9 @@ std::vector<std::string> write_executor_files(const Candidate& candidate, const 
 /// files. Returns deployment.yaml.
 std::string write_change(const Candidate& candidate, const Graph& graph, const std::filesystem::path& folder);
 
-/// Text to paste that installs the executor files of the folder; empty: it has none.
-std::string installation(const std::filesystem::path& folder);
+/// Text to paste that installs the executor files of the folder, with `shown` as its path; empty: it has
+/// none.
+std::string installation(const std::filesystem::path& folder, const std::filesystem::path& shown);
 
 /// Stores the first draw of a candidate in `folder`: graph.yaml with the candidate's costs and priorities,
 /// deployment.yaml for a deployment, and run/, the run of `hotpath simulate` that repeats the draw. Returns

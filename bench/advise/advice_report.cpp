@@ -9,6 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "advise/advice_files.hpp"
 #include "program/table.hpp"
 #include "program/text.hpp"
 #include "setup/deployed_system.hpp"
@@ -356,6 +357,7 @@ void to_json(json& j, const Advice& advice) {
        {"sentences", sentences(advice)},
        {"causes", advice.causes},
        {"change", advice.change},
+       {"installation", advice.changes() ? installation(advice.folder, "FOLDER") : ""},
        {"stored", advice.stored},
        {"chain", chains.empty() ? json() : json(chains[advice.objective.chain].name)},
        {"requirements_ms", json::object()},

@@ -5,6 +5,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import package
 from analyze_case import COMMAND, SENSOR, graph_text
 from hotpath_command import CommandTest, csv_rows, document
 
@@ -54,13 +55,13 @@ class Advise(CommandTest):
         (premises,) = (s for s in advice["sentences"] if s.startswith("It rests on: ") and "_us 1" in s)
         self.assertIn(premises[13:-1], (self.folder / "advice" / "contract.yaml").read_text())
         folder = self.folder / "advice"
+        package.write_advice(self.folder, self.environment, folder)
+        page = (folder / "report.md").read_text()
         for use in ('from_file("{}")', '"config": "{}"', "HOTPATH_EXECUTOR={}\n"):
             self.assertIn(use.format(folder / "executor.yaml"), out)
-        lines = (folder / "executor.yaml").read_text().splitlines()
-        self.assertEqual(
-            [line for line in lines if not line.startswith("#")],
-            ["executor: rm-ro:first", "threads: 1", "graph: graph.yaml", "service_wait_ms: 100"],
-        )
+            self.assertIn(use.format(folder / "executor.yaml"), page)
+        options = "executor: rm-ro:first\nthreads: 1\ngraph: graph.yaml\nservice_wait_ms: 100\n"
+        self.assertTrue((folder / "executor.yaml").read_text().endswith("\n" + options))
         self.measure("simulate", folder / "graph.yaml", "--executors", "rm-ro:first", "--duration", 1)
 
     def test_ranks_as_the_real_executors_were_measured(self) -> None:

@@ -140,5 +140,7 @@ def write(folder: str) -> None:
         title=f"Advice for {found['graph']}",
         lead=found["sentences"][:1],
         facts=[*found["sentences"][1:], *([f"Change: {found['change']}"] if found["change"] else [])],
+        commands=found["installation"].replace("FOLDER", str(Path(folder).resolve())).splitlines(),
+        commands_title="Install it",
         made_by="`hotpath advise`. Every latency: latencies.csv.",
     )
