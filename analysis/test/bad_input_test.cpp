@@ -14,7 +14,7 @@
 #include "hotpath/analysis/wcrt_table.hpp"
 #include "task_sets.hpp"
 
-namespace hotpath {
+namespace hotpath::bad_input_test {
 namespace {
 
 using ::testing::AllOf;
@@ -148,4 +148,4 @@ TEST(PeriodicTasks, ComeInPriorityOrderOfTheTaskSet) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::bad_input_test

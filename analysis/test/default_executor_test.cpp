@@ -6,7 +6,7 @@
 #include "hotpath/analysis/wcrt_table.hpp"
 #include "task_sets.hpp"
 
-namespace hotpath {
+namespace hotpath::default_executor_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -68,4 +68,4 @@ TEST(SectionVIIB, NormalisedReductionOfThePaperArtifact) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::default_executor_test

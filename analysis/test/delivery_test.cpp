@@ -4,7 +4,7 @@
 
 #include "hotpath/analysis/graph_bounds.hpp"
 
-namespace hotpath {
+namespace hotpath::delivery_test {
 namespace {
 
 using ::testing::AllOf;
@@ -76,4 +76,4 @@ TEST_F(Delivery, OneLessUrgentJobMayStartBeforeEachHop) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::delivery_test

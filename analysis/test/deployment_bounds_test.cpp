@@ -4,7 +4,7 @@
 
 #include <gmock/gmock.h>
 
-namespace hotpath {
+namespace hotpath::deployment_bounds_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -246,4 +246,4 @@ TEST(DeploymentBounds, WhatIsNotCoveredIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::deployment_bounds_test

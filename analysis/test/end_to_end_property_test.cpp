@@ -11,7 +11,7 @@
 #include "hotpath/analysis/spuri_1996.hpp"
 #include "reference_simulation.hpp"
 
-namespace hotpath {
+namespace hotpath::end_to_end_property_test {
 namespace {
 
 /// The jobs of each task in order of their releases.
@@ -114,4 +114,4 @@ TEST(EndToEnd, DavareBoundsDuerrBoundsPhaseAwareBoundsSimulationUnderNpEdf) {
 TEST(EndToEnd, JitterKeepsTheBoundsSafe) { EXPECT_GT(check_sets(23, Priorities::fixed, true), 200); }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::end_to_end_property_test

@@ -7,7 +7,7 @@
 #include "hotpath/analysis/kloda_2018.hpp"
 #include "task_sets.hpp"
 
-namespace hotpath {
+namespace hotpath::end_to_end_test {
 namespace {
 
 const PeriodicTasks kTasks = {task(1, 10), task(2, 20)};
@@ -91,4 +91,4 @@ TEST(Guenzel2023, WithoutPhasesEqualsKloda2018) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::end_to_end_test

@@ -5,7 +5,7 @@
 
 #include "hotpath/analysis/analysis_error.hpp"
 
-namespace hotpath::exact {
+namespace hotpath::exact::exact_test {
 namespace {
 
 constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
@@ -47,4 +47,4 @@ TEST(Exact, FixedPointStopsAtItsLimit) {
 }
 
 }  // namespace
-}  // namespace hotpath::exact
+}  // namespace hotpath::exact::exact_test

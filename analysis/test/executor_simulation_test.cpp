@@ -11,7 +11,7 @@
 #include "hotpath/core/simulator.hpp"
 #include "task_sets.hpp"
 
-namespace hotpath {
+namespace hotpath::executor_simulation_test {
 namespace {
 
 /// Timers of a few milliseconds in random order of creation.
@@ -115,4 +115,4 @@ TEST(Fifo, BoundHoldsForTheStockEventsExecutorWhereItSkipsNothing) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::executor_simulation_test

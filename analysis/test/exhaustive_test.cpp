@@ -13,7 +13,7 @@
 #include "nasri_2017.hpp"
 #include "reference_simulation.hpp"
 
-namespace hotpath {
+namespace hotpath::exhaustive_test {
 namespace {
 
 constexpr std::size_t kMost = 3;
@@ -244,4 +244,4 @@ TEST(Exhaustive, FifoBoundIsReached) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::exhaustive_test

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-namespace hotpath {
+namespace hotpath::growth_test {
 namespace {
 
 using testing::DoubleNear;
@@ -130,4 +130,4 @@ TEST(Holm, HisExample) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::growth_test

@@ -9,7 +9,7 @@
 #include "hotpath/analysis/wcrt_table.hpp"
 #include "task_sets.hpp"
 
-namespace hotpath {
+namespace hotpath::non_preemptive_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -157,4 +157,4 @@ TEST(Fifo, ResponseTimeAnalysisCrateOverloadIsRefused) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::non_preemptive_test

@@ -7,7 +7,7 @@
 #include "hotpath/analysis/wcrt_table.hpp"
 #include "task_sets.hpp"
 
-namespace hotpath {
+namespace hotpath::release_overhead_test {
 namespace {
 
 constexpr std::int64_t kDelta = 120 * kUs;
@@ -78,4 +78,4 @@ TEST(ConditionC1, ReleaseAndExecuteRefusesAJobAsLongAsAnotherTasksPeriod) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::release_overhead_test

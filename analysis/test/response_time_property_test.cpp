@@ -11,7 +11,7 @@
 #include "nasri_2017.hpp"
 #include "reference_simulation.hpp"
 
-namespace hotpath {
+namespace hotpath::response_time_property_test {
 namespace {
 
 constexpr int kSets = 2000;
@@ -149,4 +149,4 @@ TEST(Fifo, BoundHoldsForEveryPhase) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::response_time_property_test

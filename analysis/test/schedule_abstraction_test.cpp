@@ -7,7 +7,7 @@
 #include "nasri_2017.hpp"
 #include "task_sets.hpp"
 
-namespace hotpath {
+namespace hotpath::schedule_abstraction_test {
 namespace {
 
 SagJob job(std::size_t task, std::int64_t r_min, std::int64_t r_max, std::int64_t c_min, std::int64_t c_max,
@@ -119,4 +119,4 @@ TEST(Exploration, GivesTheSameForRandomTasks) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::schedule_abstraction_test

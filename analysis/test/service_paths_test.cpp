@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace hotpath {
+namespace hotpath::service_paths_test {
 namespace {
 
 constexpr TaskId kLayers = 40;
@@ -74,4 +74,4 @@ TEST(ServicePaths, EachServiceOfManyPathsIsVisitedOnce) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::service_paths_test

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-namespace hotpath {
+namespace hotpath::statistics_test {
 namespace {
 
 using Repetitions = std::vector<std::vector<double>>;
@@ -221,4 +221,4 @@ TEST(FitLine, OfOnePlacePassesThroughTheOrigin) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::statistics_test

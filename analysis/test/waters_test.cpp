@@ -9,7 +9,7 @@
 #include "hotpath/analysis/waters_statistics.hpp"
 #include "task_sets.hpp"
 
-namespace hotpath {
+namespace hotpath::waters_test {
 namespace {
 
 const std::vector<WatersMethod> kAll = {WatersMethod::brueggen_davare, WatersMethod::davis_davare,
@@ -244,4 +244,4 @@ TEST(WatersCsv, OneLineForEachChainAndBin) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::waters_test

@@ -4,7 +4,7 @@
 
 #include "watching.hpp"
 
-namespace hotpath::watch {
+namespace hotpath::watch::absence_test {
 namespace {
 
 using testing::HasSubstr;
@@ -295,4 +295,4 @@ TEST_F(Faulty, MissesNoServiceThatDiscoveryMayNotHaveReached) {
 INSTANTIATE_TEST_SUITE_P(All, FaultyCase, testing::ValuesIn(kFaults));
 
 }  // namespace
-}  // namespace hotpath::watch
+}  // namespace hotpath::watch::absence_test

@@ -11,7 +11,7 @@
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
 
-namespace hotpath {
+namespace hotpath::advise_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -167,4 +167,4 @@ TEST(ExecutorFiles, HaveTheServiceWaitOfThePrediction) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::advise_test

@@ -10,7 +10,7 @@
 #include "graph_fixture.hpp"
 #include "results/run_folder.hpp"
 
-namespace hotpath {
+namespace hotpath::bound_rows_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -106,4 +106,4 @@ TEST_F(BoundRowsTest, ABoundIsViolatedByWhatExceedsIt) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::bound_rows_test

@@ -6,7 +6,7 @@
 
 #include "watching.hpp"
 
-namespace hotpath::watch {
+namespace hotpath::watch::chain_contract_test {
 namespace {
 
 using testing::HasSubstr;
@@ -214,4 +214,4 @@ TEST_F(Watching, KeepsItsContractForManyJobs) {
 }
 
 }  // namespace
-}  // namespace hotpath::watch
+}  // namespace hotpath::watch::chain_contract_test

@@ -10,7 +10,7 @@
 
 #include <optional>
 
-namespace hotpath {
+namespace hotpath::channel_test {
 namespace {
 
 using Kind = ChannelMessage::Kind;
@@ -87,4 +87,4 @@ TEST(Channel, SignalEndsTheWaitWithoutClosingIt) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::channel_test

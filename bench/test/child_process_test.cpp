@@ -12,7 +12,7 @@
 #include "program/errors.hpp"
 #include "program/forked_task.hpp"
 
-namespace hotpath {
+namespace hotpath::child_process_test {
 namespace {
 
 std::vector<std::string> shell(const std::string& script) { return {"sh", "-c", script}; }
@@ -100,4 +100,4 @@ TEST(RunProgram, RefusesAProgramThatIsNotThere) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::child_process_test

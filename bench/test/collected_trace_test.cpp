@@ -9,7 +9,7 @@
 #include "hotpath/core/schedule_check.hpp"
 #include "hotpath/reference_system/run_life.hpp"
 
-namespace hotpath {
+namespace hotpath::collected_trace_test {
 namespace {
 
 using std::chrono::hours;
@@ -144,4 +144,4 @@ TEST(RunLife, EveryProcessRecordsWhatIsUnfinishedUntilTheEndOfTheRun) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::collected_trace_test

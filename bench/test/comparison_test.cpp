@@ -17,7 +17,7 @@
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
-namespace hotpath::comparison {
+namespace hotpath::comparison::comparison_test {
 namespace {
 
 using testing::ElementsAre;
@@ -319,4 +319,4 @@ TEST_F(Counters, NeedRepetitionsAndACommonName) {
 }
 
 }  // namespace
-}  // namespace hotpath::comparison
+}  // namespace hotpath::comparison::comparison_test

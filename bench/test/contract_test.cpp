@@ -12,7 +12,7 @@
 #include "watch/stated_contract.hpp"
 #include "watching.hpp"
 
-namespace hotpath::watch {
+namespace hotpath::watch::contract_test {
 namespace {
 
 using testing::HasSubstr;
@@ -354,4 +354,4 @@ TEST(ContractReading, RejectsWhatItDoesNotUnderstand) {
 }
 
 }  // namespace
-}  // namespace hotpath::watch
+}  // namespace hotpath::watch::contract_test

@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-namespace hotpath {
+namespace hotpath::delivery_orders_test {
 namespace {
 
 using testing::ElementsAre;
@@ -128,4 +128,4 @@ TEST(DeliveryOrders, TheOrderOfStartsCountsWhereSamplesAreQueuedByArrival) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::delivery_orders_test

@@ -7,7 +7,7 @@
 
 #include "graph_fixture.hpp"
 
-namespace hotpath {
+namespace hotpath::exact_worst_cases_test {
 namespace {
 
 using testing::HasSubstr;
@@ -102,4 +102,4 @@ TEST(ExactWorstCases, EarlyPublicationsAreNotCovered) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::exact_worst_cases_test

@@ -6,7 +6,7 @@
 #include "hotpath/core/input_file.hpp"
 #include "program/errors.hpp"
 
-namespace hotpath {
+namespace hotpath::executor_spec_test {
 namespace {
 
 using ::testing::AllOf;
@@ -104,4 +104,4 @@ TEST(ExecutorSpec, EveryExecutorOfTheRegistryCanBeNamed) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::executor_spec_test

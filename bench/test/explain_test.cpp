@@ -12,7 +12,7 @@
 #include "reference_nodes.hpp"
 #include "results/measures.hpp"
 
-namespace hotpath::explain {
+namespace hotpath::explain::explain_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -361,4 +361,4 @@ TEST(Explain, TheProcessorIsWithheld) {
 }
 
 }  // namespace
-}  // namespace hotpath::explain
+}  // namespace hotpath::explain::explain_test

@@ -4,7 +4,7 @@
 
 #include "explain/explain_report.hpp"
 
-namespace hotpath::explain {
+namespace hotpath::explain::explain_totals_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -80,4 +80,4 @@ TEST(Comparisons, NameTheJobsThatOnePathAloneHas) {
 }
 
 }  // namespace
-}  // namespace hotpath::explain
+}  // namespace hotpath::explain::explain_totals_test

@@ -9,7 +9,7 @@
 #include "import/recognition.hpp"
 #include "recorded.hpp"
 
-namespace hotpath {
+namespace hotpath::followed_schedule_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -199,4 +199,4 @@ TEST(ServiceOrder, EvidenceIsForTheSmallerTask) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::followed_schedule_test

@@ -10,7 +10,7 @@
 #include "hotpath/analysis/analysis_error.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 
-namespace hotpath {
+namespace hotpath::guarantees_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -185,4 +185,4 @@ TEST(Guarantees, ADeploymentKeepsItsProcessorsAndPolicies) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::guarantees_test

@@ -11,7 +11,7 @@
 #include "hotpath/tracing/assembler.hpp"
 #include "import/stages.hpp"
 
-namespace hotpath {
+namespace hotpath::interpretation_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -210,4 +210,4 @@ TEST(Import, WithoutAKnownNameDecisionsDecide) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::interpretation_test

@@ -12,7 +12,7 @@
 #include "random_graphs.hpp"
 #include "reference_nodes.hpp"
 
-namespace hotpath::explain {
+namespace hotpath::explain::lineage_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -338,4 +338,4 @@ TEST(Lineage, ExplanationsFollowTheDataInRandomGraphs) {
 }
 
 }  // namespace
-}  // namespace hotpath::explain
+}  // namespace hotpath::explain::lineage_test

@@ -14,7 +14,7 @@
 #include "hotpath/live/thread_setup.hpp"
 #include "machine/proc_files.hpp"
 
-namespace hotpath {
+namespace hotpath::machine_noise_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -137,4 +137,4 @@ TEST(Machine, WarnsOfOtherRealTimeThreadsAndStolenTime) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::machine_noise_test

@@ -11,7 +11,7 @@
 
 #include "program/errors.hpp"
 
-namespace hotpath {
+namespace hotpath::memory_limit_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -74,4 +74,4 @@ TEST(TraceMemory, IsRefusedWithTheSizeThatItWouldTake) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::memory_limit_test

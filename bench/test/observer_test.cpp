@@ -2,7 +2,7 @@
 // Statistics, timestamps, and the events that are kept.
 #include "watching.hpp"
 
-namespace hotpath::watch {
+namespace hotpath::watch::observer_test {
 namespace {
 
 constexpr Duration kMs = std::chrono::milliseconds(1);
@@ -166,4 +166,4 @@ TEST_F(Observing, RecordsTheLastEventsWithTheirDescriptions) {
 }
 
 }  // namespace
-}  // namespace hotpath::watch
+}  // namespace hotpath::watch::observer_test

@@ -10,7 +10,7 @@
 #include "page/listed_outputs.hpp"
 #include "page/stored_jobs.hpp"
 
-namespace hotpath::page {
+namespace hotpath::page::page_data_test {
 namespace {
 
 using explain::Output;
@@ -72,4 +72,4 @@ TEST(ListedOutputs, OnlyTheWorstHaveTheirParts) {
 }
 
 }  // namespace
-}  // namespace hotpath::page
+}  // namespace hotpath::page::page_data_test

@@ -9,7 +9,7 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "reference_nodes.hpp"
 
-namespace hotpath {
+namespace hotpath::phase_search_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -151,4 +151,4 @@ TEST_F(SearchOfGraph, GuaranteesNoMoreThanTheBestPhasesOfAGridAndDependsNotOnThr
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::phase_search_test

@@ -6,7 +6,7 @@
 
 #include "recorded.hpp"
 
-namespace hotpath {
+namespace hotpath::publication_rules_test {
 namespace {
 
 using imports::InferredRule;
@@ -73,4 +73,4 @@ TEST(PublicationRules, AnInputThatPublishesOtherTopicsIsInNoSet) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::publication_rules_test

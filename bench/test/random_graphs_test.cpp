@@ -8,7 +8,7 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
 
-namespace hotpath::test {
+namespace hotpath::test::random_graphs_test {
 namespace {
 
 TEST(RandomGraphs, AreWrittenAndReadBackAsTheyAre) {
@@ -23,4 +23,4 @@ TEST(RandomGraphs, AreWrittenAndReadBackAsTheyAre) {
 }
 
 }  // namespace
-}  // namespace hotpath::test
+}  // namespace hotpath::test::random_graphs_test

@@ -11,7 +11,7 @@
 #include "recorded.hpp"
 #include "reference_nodes.hpp"
 
-namespace hotpath {
+namespace hotpath::recorded_graph_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -255,4 +255,4 @@ TEST(ChainOption, BeginsAtTimersWhoseDataReachesTheSink) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::recorded_graph_test

@@ -9,7 +9,7 @@
 
 #include "recorded.hpp"
 
-namespace hotpath {
+namespace hotpath::recorded_system_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -151,4 +151,4 @@ TEST_F(ServiceCalls, WithoutAClientNobodyCalls) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::recorded_system_test

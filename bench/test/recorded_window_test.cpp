@@ -9,7 +9,7 @@
 #include "recorded.hpp"
 #include "reference_nodes.hpp"
 
-namespace hotpath {
+namespace hotpath::recorded_window_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -335,4 +335,4 @@ TEST_F(RecordedChains, AJoinUsesASampleOnce) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::recorded_window_test

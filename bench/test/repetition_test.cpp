@@ -16,7 +16,7 @@
 #include "machine/shared_memory_watch.hpp"
 #include "reference_nodes.hpp"
 
-namespace hotpath {
+namespace hotpath::repetition_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -201,4 +201,4 @@ TEST(SharedMemoryWatch, RemovesWhatFastDdsMadeJustBeforeItsProcessDied) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::repetition_test

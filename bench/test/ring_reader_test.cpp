@@ -13,7 +13,7 @@
 
 #include "watch/observer.hpp"
 
-namespace hotpath::watch {
+namespace hotpath::watch::ring_reader_test {
 namespace {
 
 using sensor::EventKind;
@@ -183,4 +183,4 @@ TEST(MappedRing, ReadsMemoryThatWasCutAsZeros) {
 }
 
 }  // namespace
-}  // namespace hotpath::watch
+}  // namespace hotpath::watch::ring_reader_test

@@ -15,7 +15,7 @@
 #include "program/errors.hpp"
 #include "results/run_record.hpp"
 
-namespace hotpath {
+namespace hotpath::run_folder_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -168,4 +168,4 @@ TEST_F(RunFolderOnAFullDisk, NeverNamesAFileThatIsCutOff) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::run_folder_test

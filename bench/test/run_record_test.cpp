@@ -7,7 +7,7 @@
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "results/summary.hpp"
 
-namespace hotpath {
+namespace hotpath::run_record_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -135,4 +135,4 @@ TEST(RunRecord, ATimerWithoutAPeriodAndATaskOfNoKindAreRejected) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::run_record_test

@@ -14,7 +14,7 @@
 #include "setup/deployed_system.hpp"
 #include "setup/setup_facts.hpp"
 
-namespace hotpath {
+namespace hotpath::run_setup_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -143,4 +143,4 @@ TEST(RunSetup, TheRecordHasTheTightestBoundOfEachTimer) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::run_setup_test

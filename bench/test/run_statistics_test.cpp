@@ -5,7 +5,7 @@
 
 #include "reference_nodes.hpp"
 
-namespace hotpath {
+namespace hotpath::run_statistics_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -178,4 +178,4 @@ TEST(RunInfo, NamesNodesEdgesAndChainsOfTheGraph) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::run_statistics_test

@@ -6,7 +6,7 @@
 
 #include "simulated/own_times.hpp"
 
-namespace hotpath {
+namespace hotpath::schedule_comparison_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -107,4 +107,4 @@ TEST(OwnCosts, AreTheGapsBeforeJobsThatWereDue) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::schedule_comparison_test

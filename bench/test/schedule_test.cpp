@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace hotpath {
+namespace hotpath::schedule_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -77,4 +77,4 @@ TEST(Schedule, GoldenJobsHaveTheTimestampOfTheirCallOrOfTheirNumber) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::schedule_test

@@ -6,7 +6,7 @@
 
 #include "reference_nodes.hpp"
 
-namespace hotpath {
+namespace hotpath::self_check_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -89,4 +89,4 @@ TEST_F(SelfCheckTest, AMedianOfFewOutputsIsNotRed) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::self_check_test

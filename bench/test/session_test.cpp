@@ -15,7 +15,7 @@
 
 #include "hotpath/sensor/ring.hpp"
 
-namespace hotpath::watch {
+namespace hotpath::watch::session_test {
 namespace {
 
 using tracing::Event;
@@ -89,4 +89,4 @@ TEST(Session, HoldsBackEventsThatMayHavePredecessors) {
 }
 
 }  // namespace
-}  // namespace hotpath::watch
+}  // namespace hotpath::watch::session_test

@@ -14,7 +14,7 @@
 #include "results/perfetto.hpp"
 #include "results/run_folder.hpp"
 
-namespace hotpath {
+namespace hotpath::stored_summary_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -162,4 +162,4 @@ TEST_F(StoredSummaryTest, RefusesRepetitionsThatWereMeasuredAgain) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::stored_summary_test

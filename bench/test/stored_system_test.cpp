@@ -11,7 +11,7 @@
 #include "program/errors.hpp"
 #include "setup/setup_facts.hpp"
 
-namespace hotpath {
+namespace hotpath::stored_system_test {
 namespace {
 
 using testing::ElementsAre;
@@ -99,4 +99,4 @@ TEST_F(StoredSystemTest, AGraphThatHasChangedSinceIsRejected) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::stored_system_test

@@ -5,7 +5,7 @@
 
 #include <sstream>
 
-namespace hotpath {
+namespace hotpath::summary_table_test {
 namespace {
 
 using testing::HasSubstr;
@@ -192,4 +192,4 @@ TEST(Table, HasTheTimerWhosePeriodVariesMost) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::summary_table_test

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-namespace hotpath {
+namespace hotpath::summary_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -349,4 +349,4 @@ TEST(SummaryJson, NamesUnitsInItsKeys) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::summary_test

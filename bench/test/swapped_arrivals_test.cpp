@@ -5,7 +5,7 @@
 
 #include "reference_nodes.hpp"
 
-namespace hotpath {
+namespace hotpath::swapped_arrivals_test {
 namespace {
 
 /// S is read by A, B and C.
@@ -34,4 +34,4 @@ TEST(SwappedArrivals, ComparesNeighboursOfTheGraphsOrder) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::swapped_arrivals_test

@@ -14,7 +14,7 @@
 #include "sweep/journal.hpp"
 #include "sweep/rows.hpp"
 
-namespace hotpath {
+namespace hotpath::sweep_parts_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -278,4 +278,4 @@ TEST(CapacityTest, EveryRepetitionMeetsEveryRequirement) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::sweep_parts_test

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-namespace hotpath {
+namespace hotpath::table_test {
 namespace {
 
 struct Row {
@@ -61,4 +61,4 @@ TEST(TypedTable, IsWrittenAsMarkdown) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::table_test

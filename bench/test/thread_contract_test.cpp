@@ -6,7 +6,7 @@
 
 #include "watching.hpp"
 
-namespace hotpath::watch {
+namespace hotpath::watch::thread_contract_test {
 namespace {
 
 using testing::HasSubstr;
@@ -234,4 +234,4 @@ TEST_F(Watching, LosesNothingOfAProcessThatHasEnded) {
 }
 
 }  // namespace
-}  // namespace hotpath::watch
+}  // namespace hotpath::watch::thread_contract_test

@@ -7,7 +7,7 @@
 #include "graph_fixture.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::utilisation_test {
 namespace {
 
 using testing::ElementsAre;
@@ -79,4 +79,4 @@ TEST(Utilisation, NamesTheKernelsRuleForRealTimeThreads) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::utilisation_test

@@ -11,7 +11,7 @@
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
 
-namespace hotpath {
+namespace hotpath::whole_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -79,4 +79,4 @@ TEST(WholeFile, LeavesTheOldFileWhenTheNewOneIsNotWhole) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::whole_file_test

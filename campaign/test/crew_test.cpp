@@ -13,7 +13,7 @@
 #include <stdexcept>
 #include <thread>
 
-namespace hotpath {
+namespace hotpath::crew_test {
 namespace {
 
 /// Cells whose rows are `row NUMBER`, and what was gathered.
@@ -112,4 +112,4 @@ TEST(Rank, DISABLED_SquaresNumbers) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::crew_test

@@ -6,7 +6,7 @@
 
 #include "task_sets.hpp"
 
-namespace hotpath::test {
+namespace hotpath::test::callback_group_test {
 namespace {
 
 class CallbackGroupExecutor : public testing::Test {
@@ -77,4 +77,4 @@ TEST_F(CallbackGroupExecutor, EachReadyGroupWakesAnotherIdleWorker) {
 }
 
 }  // namespace
-}  // namespace hotpath::test
+}  // namespace hotpath::test::callback_group_test

@@ -6,7 +6,7 @@
 
 #include <sstream>
 
-namespace hotpath::test {
+namespace hotpath::test::csv_test {
 namespace {
 
 using testing::ElementsAre;
@@ -114,4 +114,4 @@ TEST(Csv, AFileThatCannotBeReadToItsEndIsNoShorterFile) {
 }
 
 }  // namespace
-}  // namespace hotpath::test
+}  // namespace hotpath::test::csv_test

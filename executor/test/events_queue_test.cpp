@@ -7,7 +7,7 @@
 #include "hotpath/core/events_queue.hpp"
 #include "task_sets.hpp"
 
-namespace hotpath::test {
+namespace hotpath::test::events_queue_test {
 namespace {
 
 Job job(TaskId task, std::uint64_t sequence = 0, Time deadline = kNever) {
@@ -199,4 +199,4 @@ TEST_F(PriorityOrderTest, QueueReusesSlotsAndVisitsAllJobs) {
 }
 
 }  // namespace
-}  // namespace hotpath::test
+}  // namespace hotpath::test::events_queue_test

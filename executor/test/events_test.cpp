@@ -7,7 +7,7 @@
 #include "hotpath/core/events_scheduler.hpp"
 #include "task_sets.hpp"
 
-namespace hotpath::test {
+namespace hotpath::test::events_test {
 namespace {
 
 constexpr Worker kExecutor = EventsScheduler::kExecutor;
@@ -163,4 +163,4 @@ TEST(Registry, EveryExecutorHasTheWorkersOfItsTraits) {
 }
 
 }  // namespace
-}  // namespace hotpath::test
+}  // namespace hotpath::test::events_test

@@ -7,7 +7,7 @@
 #include "properties.hpp"
 #include "task_sets.hpp"
 
-namespace hotpath::test {
+namespace hotpath::test::every_property_test {
 namespace {
 
 class EveryProperty : public testing::TestWithParam<Property> {};
@@ -30,4 +30,4 @@ INSTANTIATE_TEST_SUITE_P(Registry, EveryProperty, testing::ValuesIn(properties()
                          [](const auto& property) { return identifier(property.param.name); });
 
 }  // namespace
-}  // namespace hotpath::test
+}  // namespace hotpath::test::every_property_test

@@ -9,7 +9,7 @@
 #include "../src/core/zone.hpp"
 #include "task_sets.hpp"
 
-namespace hotpath::test {
+namespace hotpath::test::exploration_test {
 namespace {
 
 using Worst = std::map<TaskId, Duration>;  // response time by timer
@@ -303,4 +303,4 @@ TEST(Exploration, OfTwoThreadsFindsWhatEnumerationFinds) {
 INSTANTIATE_TEST_SUITE_P(Exploration, EveryJitter, testing::Bool());
 
 }  // namespace
-}  // namespace hotpath::test
+}  // namespace hotpath::test::exploration_test

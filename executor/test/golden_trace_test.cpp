@@ -13,7 +13,7 @@
 #include "hotpath/core/wait_set_scheduler.hpp"
 #include "task_sets.hpp"
 
-namespace hotpath::test {
+namespace hotpath::test::golden_trace_test {
 namespace {
 
 GoldenTrace reference(const std::string& level, const std::string& executor) {
@@ -259,4 +259,4 @@ TEST(RecordedRebuiltWaitSet, RunsWhatJazzyRanAtTheRecordedInstants) {
 }
 
 }  // namespace
-}  // namespace hotpath::test
+}  // namespace hotpath::test::golden_trace_test

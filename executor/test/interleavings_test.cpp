@@ -13,7 +13,7 @@
 
 #include "controlled_run.hpp"
 
-namespace hotpath::test {
+namespace hotpath::test::interleavings_test {
 namespace {
 
 /// Enumerates all choices with at most this many preemptions.
@@ -169,4 +169,4 @@ class Counts final : public testing::Environment {
 const auto* const counts = testing::AddGlobalTestEnvironment(new Counts);
 
 }  // namespace
-}  // namespace hotpath::test
+}  // namespace hotpath::test::interleavings_test

@@ -14,7 +14,7 @@
 #include "hotpath/live/intra_process_transport.hpp"
 #include "schedule_checks.hpp"
 
-namespace hotpath {
+namespace hotpath::live_executor_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -163,4 +163,4 @@ TEST(LivePriorityExecutor, NeverStartsAJobWhileOneOfHigherPriorityWaits) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::live_executor_test

@@ -14,7 +14,7 @@
 #include "hotpath/live/record_log.hpp"
 #include "hotpath/live/thread_setup.hpp"
 
-namespace hotpath {
+namespace hotpath::live_parts_test {
 namespace {
 
 TEST(Parker, DoesNotSleepWhenWokenAfterTheTicketWasRead) {
@@ -167,4 +167,4 @@ TEST(PinToCpus, RefusesAProcessorThatDoesNotExist) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::live_parts_test

@@ -6,7 +6,7 @@
 
 #include "schedule_checks.hpp"
 
-namespace hotpath::test {
+namespace hotpath::test::platform_test {
 namespace {
 
 struct Timing {
@@ -209,4 +209,4 @@ TEST(Cores, NeverMoreWorkDoneThanCoresHaveTime) {
 }
 
 }  // namespace
-}  // namespace hotpath::test
+}  // namespace hotpath::test::platform_test

@@ -5,7 +5,7 @@
 #include "hotpath/core/events_scheduler.hpp"
 #include "task_sets.hpp"
 
-namespace hotpath::test {
+namespace hotpath::test::service_jobs_test {
 namespace {
 
 constexpr Duration kWait = 100ms;
@@ -122,4 +122,4 @@ TEST(ServiceJobs, ARemovedTaskIsForgotten) {
 }
 
 }  // namespace
-}  // namespace hotpath::test
+}  // namespace hotpath::test::service_jobs_test

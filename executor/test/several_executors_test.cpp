@@ -8,7 +8,7 @@
 #include "hotpath/core/simulator.hpp"
 #include "task_sets.hpp"
 
-namespace hotpath::test {
+namespace hotpath::test::several_executors_test {
 namespace {
 
 /// A single-threaded executor with its own thread for each timer of `set`.
@@ -125,4 +125,4 @@ TEST(OrdinaryPolicy, NiceScalesTheTimeSlice) {
 }
 
 }  // namespace
-}  // namespace hotpath::test
+}  // namespace hotpath::test::several_executors_test

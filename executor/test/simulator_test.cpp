@@ -9,7 +9,7 @@
 
 #include "schedule_checks.hpp"
 
-namespace hotpath::test {
+namespace hotpath::test::simulator_test {
 namespace {
 
 using testing::HasSubstr;
@@ -272,4 +272,4 @@ TEST_P(SectionVA, ReleaseOnlyAndReleaseAndExecuteDifferWhereAWcetExceedsAPeriodB
 INSTANTIATE_TEST_SUITE_P(EveryPolicy, SectionVA, testing::Values("rm", "dm", "fp", "edf"));
 
 }  // namespace
-}  // namespace hotpath::test
+}  // namespace hotpath::test::simulator_test

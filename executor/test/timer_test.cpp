@@ -8,7 +8,7 @@
 #include "hotpath/core/timers_manager.hpp"
 #include "task_sets.hpp"
 
-namespace hotpath::test {
+namespace hotpath::test::timer_test {
 namespace {
 
 Timer timer(Duration period, Duration phase, Time epoch) {
@@ -76,4 +76,4 @@ TEST(TimersManager, ReleasesAllTimestampsOfRandomTimersInOrder) {
 }
 
 }  // namespace
-}  // namespace hotpath::test
+}  // namespace hotpath::test::timer_test

@@ -12,7 +12,7 @@
 #include "hotpath/core/trace_csv.hpp"
 #include "schedule_checks.hpp"
 
-namespace hotpath::test {
+namespace hotpath::test::trace_test {
 namespace {
 
 using testing::AllOf;
@@ -212,4 +212,4 @@ TEST_F(Accounting, TimerThatFirstFallsDueAtTheEndHasNoTimestamp) {
 }
 
 }  // namespace
-}  // namespace hotpath::test
+}  // namespace hotpath::test::trace_test

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace hotpath::test {
+namespace hotpath::test::utf8_test {
 namespace {
 
 TEST(Printable, KeepsUtf8) {
@@ -27,4 +27,4 @@ TEST(Printable, CutsBetweenCharacters) {
 }
 
 }  // namespace
-}  // namespace hotpath::test
+}  // namespace hotpath::test::utf8_test

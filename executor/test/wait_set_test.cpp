@@ -9,7 +9,7 @@
 
 #include "task_sets.hpp"
 
-namespace hotpath::test {
+namespace hotpath::test::wait_set_test {
 namespace {
 
 /// A scheduler for `set`.
@@ -246,4 +246,4 @@ TEST_F(RebuiltWaitSet, OfTheSnapshotABlockedTimerStaysAndABlockedSubscriptionDoe
 }
 
 }  // namespace
-}  // namespace hotpath::test
+}  // namespace hotpath::test::wait_set_test

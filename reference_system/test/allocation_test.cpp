@@ -54,7 +54,7 @@ void* allocate(std::size_t size, const void* caller) {
 [[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
 
-namespace hotpath {
+namespace hotpath::allocation_test {
 namespace {
 
 struct Counts {
@@ -114,4 +114,4 @@ INSTANTIATE_TEST_SUITE_P(Executors, JobPathOf,
                          });
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::allocation_test

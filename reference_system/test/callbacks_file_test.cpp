@@ -10,7 +10,7 @@
 #include "graph_fixture.hpp"
 #include "hotpath/reference_system/graph_layout.hpp"
 
-namespace hotpath {
+namespace hotpath::callbacks_file_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -159,4 +159,4 @@ TEST(Callbacks, MistakesAreReportedWithTheirLine) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::callbacks_file_test

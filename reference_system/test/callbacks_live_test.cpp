@@ -13,7 +13,7 @@
 #include "hotpath/reference_system/message.hpp"
 #include "live_fixture.hpp"
 
-namespace hotpath {
+namespace hotpath::callbacks_live_test {
 namespace {
 
 Time at(int ms) { return Time{} + std::chrono::milliseconds(ms); }
@@ -143,4 +143,4 @@ TEST(Message4kb, KeepsTheOldestJobOfANode) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::callbacks_live_test

@@ -7,7 +7,7 @@
 #include "graph_fixture.hpp"
 #include "simulated_graph.hpp"
 
-namespace hotpath {
+namespace hotpath::callbacks_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -189,4 +189,4 @@ TEST(Callbacks, MeasuredTimesAreDrawnUniformlyFromTheGivenValues) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::callbacks_test

@@ -12,7 +12,7 @@
 
 #include "graph_fixture.hpp"
 
-namespace hotpath {
+namespace hotpath::deployment_test {
 namespace {
 
 using testing::HasSubstr;
@@ -231,4 +231,4 @@ TEST_F(Deployments, MistakesAreReportedWithTheirLine) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::deployment_test

@@ -7,7 +7,7 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
 
-namespace hotpath {
+namespace hotpath::find_chains_test {
 namespace {
 
 using testing::ElementsAre;
@@ -53,4 +53,4 @@ TEST(FindChains, FindsNoneAmongTimersAlone) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::find_chains_test

@@ -12,7 +12,7 @@
 #include "graph_fixture.hpp"
 #include "hotpath/reference_system/graph_keys.hpp"
 
-namespace hotpath {
+namespace hotpath::graph_file_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -358,4 +358,4 @@ TEST(ValuesToSet, ReplaceThoseOfTheFile) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::graph_file_test

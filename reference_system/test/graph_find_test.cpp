@@ -7,7 +7,7 @@
 
 #include "graph_fixture.hpp"
 
-namespace hotpath {
+namespace hotpath::graph_find_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -57,4 +57,4 @@ TEST_F(FindGraph, IsAnsweredByTheList) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::graph_find_test

@@ -9,7 +9,7 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/reference_node.hpp"
 
-namespace hotpath {
+namespace hotpath::graph_layout_test {
 namespace {
 
 ReferenceNode node(const std::string& name, const std::vector<std::string>& inputs) {
@@ -77,4 +77,4 @@ TEST(Layout, EndsForAGraphWithACycle) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::graph_layout_test

@@ -9,7 +9,7 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/reference_node.hpp"
 
-namespace hotpath {
+namespace hotpath::graph_picture_test {
 namespace {
 
 using testing::AllOf;
@@ -96,4 +96,4 @@ TEST(Picture, EscapesWhatGraphvizWouldRead) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::graph_picture_test

@@ -14,7 +14,7 @@
 #include "hotpath/core/paper_timers.hpp"
 #include "hotpath/core/priority_order.hpp"
 
-namespace hotpath {
+namespace hotpath::graph_test {
 namespace {
 
 using testing::DoubleNear;
@@ -247,4 +247,4 @@ TEST(TimersOnlyGraphs, AreThePapersTaskSetsAsWrittenInTheLibrary) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::graph_test

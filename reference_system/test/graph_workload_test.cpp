@@ -11,7 +11,7 @@
 #include "hotpath/reference_system/phases.hpp"
 #include "simulated_graph.hpp"
 
-namespace hotpath {
+namespace hotpath::graph_workload_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -173,4 +173,4 @@ INSTANTIATE_TEST_SUITE_P(
                     Reference{"edf-ro", 21.371, 0.05, 1, 1us}));
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::graph_workload_test

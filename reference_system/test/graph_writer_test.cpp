@@ -8,7 +8,7 @@
 
 #include "graph_fixture.hpp"
 
-namespace hotpath {
+namespace hotpath::graph_writer_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -58,4 +58,4 @@ TEST(GraphWriter, NamesTheFileThatCannotBeWritten) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::graph_writer_test

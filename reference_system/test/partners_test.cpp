@@ -12,7 +12,7 @@
 #include "hotpath/live/clock.hpp"
 #include "hotpath/live/transport.hpp"
 
-namespace hotpath {
+namespace hotpath::partners_test {
 namespace {
 
 namespace dds = eprosima::fastdds::dds;
@@ -80,4 +80,4 @@ TEST(Partners, AnOutsideReaderIsNotOneOfTheRunsOwn) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::partners_test

@@ -11,7 +11,7 @@
 
 #include "graph_fixture.hpp"
 
-namespace hotpath {
+namespace hotpath::phases_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -183,4 +183,4 @@ TEST_F(PhasesFile, TakesTheHeaderOfAGoldenTrace) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::phases_test

@@ -11,7 +11,7 @@
 
 #include "hotpath/live/clock.hpp"
 
-namespace hotpath {
+namespace hotpath::work_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -103,4 +103,4 @@ TEST(Work, UsesItsExecutionTime) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::work_test

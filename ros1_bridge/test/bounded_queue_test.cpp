@@ -5,7 +5,7 @@
 
 #include <thread>
 
-namespace hotpath {
+namespace hotpath::bounded_queue_test {
 
 using namespace std::chrono_literals;
 
@@ -61,4 +61,4 @@ TEST(BoundedQueue, WakesWhoWaits) {
   sender.join();
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::bounded_queue_test

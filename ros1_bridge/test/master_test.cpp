@@ -5,7 +5,7 @@
 
 #include <stdexcept>
 
-namespace hotpath {
+namespace hotpath::master_test {
 
 TEST(MasterUri, IsTakenApart) {
   EXPECT_EQ(parse_uri("http://localhost:11311").host, "localhost");
@@ -24,4 +24,4 @@ TEST(AcceptsConnections, NotWhereNobodyListens) {
   EXPECT_FALSE(accepts_connections({"no-such-host.invalid", "80"}, std::chrono::seconds(10)));
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::master_test

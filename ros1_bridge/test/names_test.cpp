@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace hotpath {
+namespace hotpath::names_test {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
@@ -43,4 +43,4 @@ TEST(RosNames, ManyMayBeTheSame) {
   EXPECT_EQ(result.names.back(), "a_" + std::to_string(kMany));
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::names_test

@@ -6,7 +6,7 @@
 
 #include <stdexcept>
 
-namespace hotpath {
+namespace hotpath::parameters_test {
 namespace {
 
 using testing::HasSubstr;
@@ -66,4 +66,4 @@ TEST(Parameters, ThatDoNotExistAreReported) {
 }
 
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::parameters_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace hotpath {
+namespace hotpath::pending_samples_test {
 
 namespace {
 
@@ -66,4 +66,4 @@ TEST(PendingSamples, AreBoundedInNumberAndInBytes) {
   EXPECT_LE(bytes, 64U << 20);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::pending_samples_test

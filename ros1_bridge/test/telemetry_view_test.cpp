@@ -16,7 +16,7 @@
 #include "run_info.hpp"
 #include "text.hpp"
 
-namespace hotpath {
+namespace hotpath::telemetry_view_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -260,4 +260,4 @@ TEST(MakePrintable, LeavesNothingToDrawThatIsNot) {
   EXPECT_THAT(of_group(graph_markers(info, &now, "frame"), "title")[0].text, HasSubstr("\\x1b[2J\\xff"));
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::telemetry_view_test

@@ -18,7 +18,7 @@
 
 #include "hotpath/sensor/ring.hpp"
 
-namespace hotpath::sensor {
+namespace hotpath::sensor::sensor_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -188,4 +188,4 @@ TEST(Sensor, RecordsCallsOfTheRealTracetools) {
 }
 
 }  // namespace
-}  // namespace hotpath::sensor
+}  // namespace hotpath::sensor::sensor_test

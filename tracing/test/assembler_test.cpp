@@ -3,7 +3,7 @@
 
 #include "handmade_trace.hpp"
 
-namespace hotpath::tracing {
+namespace hotpath::tracing::assembler_test {
 namespace {
 
 /// A handmade trace that begins with make_nodes().
@@ -300,4 +300,4 @@ TEST_F(Unannounced, AStatedJobWithoutEndDoesNotCount) {
 }
 
 }  // namespace
-}  // namespace hotpath::tracing
+}  // namespace hotpath::tracing::assembler_test

@@ -7,7 +7,7 @@
 
 #include "hotpath/tracing/ctf_trace.hpp"
 
-namespace hotpath::tracing {
+namespace hotpath::tracing::ctf_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -93,4 +93,4 @@ TEST_F(Ctf, FoldersWithoutATraceAreRejectedWithARemedy) {
 }
 
 }  // namespace
-}  // namespace hotpath::tracing
+}  // namespace hotpath::tracing::ctf_test

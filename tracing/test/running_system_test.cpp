@@ -6,7 +6,7 @@
 
 #include "handmade_trace.hpp"
 
-namespace hotpath::tracing {
+namespace hotpath::tracing::running_system_test {
 namespace {
 
 constexpr std::size_t kMostEntities = 100;
@@ -170,4 +170,4 @@ TEST_F(RunningSystem, LimitsTheMessagesOfAJob) {
 }
 
 }  // namespace
-}  // namespace hotpath::tracing
+}  // namespace hotpath::tracing::running_system_test
