@@ -138,7 +138,7 @@ TEST_F(PriorityOrderTest, InheritanceReachesThroughChainsAndAcrossCycles) {
   EXPECT_EQ(level[6], Duration(10ms).count());
 }
 
-/// The other ties and the rule that puts subscriptions first: properties.cpp.
+/// The other ties and the rule that puts subscriptions first: bench/test/independent/.
 TEST_F(PriorityOrderTest, OrdersJobs) {
   set.tasks[0].deadline = 5ms;
   set.tasks[0].priority = 1;

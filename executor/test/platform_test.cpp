@@ -68,39 +68,10 @@ TEST(ReleaseCost, SectionVBReleaseAndExecutePaysForTheScanBeforeTheJob) {
             (std::vector<Ran>{{0, 0, 210us, 1210us}, {1, 0, 1210us, 2210us}}));
 }
 
-TEST(DispatchCost, DependsOnTheKindOfTheCallback) {
-  TaskSet set;
-  const TaskId timer = add_timer(set, 100ms, 1ms);
-  const TaskId subscription = add_subscription(set, {timer}, 1ms);
-  Platform p;
-  p.timer_dispatch_cost = 50us;
-  for (const char* executor : {"default", "static", "events-ro", "rm-ro"}) {
-    p.subscription_dispatch_cost = 200us;
-    EXPECT_EQ(schedule(run(set, executor, 20ms, p)),
-              (std::vector<Ran>{{timer, 0, 50us, 1050us}, {subscription, 0, 1250us, 2250us}}))
-        << executor;
-    p.subscription_dispatch_cost = 0us;
-    EXPECT_EQ(schedule(run(set, executor, 20ms, p))[1], (Ran{subscription, 0, 1050us, 2050us})) << executor;
-  }
-}
-
 TEST(DispatchCost, JobThatIsDecidedButNotStartedAtTheEndIsQueued) {
   const TaskSet set = timers({{100ms, 1ms}});
   const Trace trace = run(set, "default", 1ms, {.timer_dispatch_cost = 2ms});
   EXPECT_EQ(count(trace, 0, Outcome::queued), 1U);
-  EXPECT_EQ(balanced(set, trace), "");
-}
-
-TEST(DeliveryDelay, SamplesArriveThatMuchLaterAndAreAccountedForAtTheEnd) {
-  TaskSet set;
-  const TaskId timer = add_timer(set, 10ms, 1ms);
-  const TaskId subscription = add_subscription(set, {timer}, 1ms);
-  const Trace trace = run(set, "rm-ro", 12ms, {.delivery_delay = 3ms});
-  EXPECT_EQ(schedule(trace),
-            (std::vector<Ran>{{timer, 0, 0ms, 1ms}, {subscription, 0, 4ms, 5ms}, {timer, 1, 10ms, 11ms}}));
-  EXPECT_EQ(trace.jobs[1].job.timestamp, at(1ms));
-  EXPECT_EQ(trace.jobs[1].job.release, at(4ms));
-  EXPECT_EQ(count(trace, subscription, Outcome::queued), 1U);  // published at 11 ms, still in transit
   EXPECT_EQ(balanced(set, trace), "");
 }
 

@@ -7,7 +7,6 @@
 #include "hotpath/core/registry.hpp"
 #include "hotpath/core/trace_csv.hpp"
 #include "schedule_checks.hpp"
-#include "second_scheduler.hpp"
 
 namespace hotpath::test {
 
@@ -289,17 +288,6 @@ CaseResult release_only_equals_release_and_execute(const std::string& policy, st
   return result(ro, difference(schedule(ro), schedule(re)));
 }
 
-CaseResult equals_sorted_list(const std::string& policy, const SchedulerOptions& scheduling,
-                              std::uint64_t seed) {
-  Random random(seed);
-  const int timers = number(random, 1, 7), subscriptions = number(random, 0, 8);
-  const TaskSet set = random_graph(random, timers, subscriptions, tenths(random, 2, 13));
-  SecondScheduler second(set, policy, scheduling.rule == SubscriptionRule::first,
-                         scheduling.ties == Ties::fifo);
-  const Trace trace = run(set, policy + "-ro", kRun, {}, scheduling);
-  return result(trace, difference(schedule(trace), second.run(kRun)));
-}
-
 }  // namespace
 
 std::vector<Property> properties() {
@@ -329,15 +317,6 @@ std::vector<Property> properties() {
       all.push_back(
           {"release_only_equals_release_and_execute/" + policy, 600, kFewestJobs,
            [policy](std::uint64_t seed) { return release_only_equals_release_and_execute(policy, seed); }});
-    }
-    for (const SubscriptionRule rule : {SubscriptionRule::inherit, SubscriptionRule::first}) {
-      for (const Ties ties : {Ties::lifo, Ties::fifo}) {
-        const SchedulerOptions scheduling{.rule = rule, .ties = ties, .workers = 0};
-        all.push_back({"equals_sorted_list/" + policy + "-" + to_string(rule) + "-" + to_string(ties), 200,
-                       kFewestJobs, [policy, scheduling](std::uint64_t seed) {
-                         return equals_sorted_list(policy, scheduling, seed);
-                       }});
-      }
     }
   }
   all.push_back({"deployment_legal_and_nothing_lost", 3000, kFewestJobs, deployment_legal_and_nothing_lost});

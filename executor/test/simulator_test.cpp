@@ -5,8 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <deque>
-
 #include "schedule_checks.hpp"
 
 namespace hotpath::test::simulator_test {
@@ -77,60 +75,6 @@ TEST(Simulator, CountsBeyond32BitsInASimulationOfHours) {
   EXPECT_EQ(last.job.sequence, static_cast<std::uint64_t>((last.job.timestamp - trace.epoch).count()));
   EXPECT_GT(static_cast<std::uint64_t>((last.start - trace.epoch) / 1us), kBeyond);
   EXPECT_EQ(count(trace, subscription, Outcome::ran), 120U);
-}
-
-/// Counts message numbers to check that each has exactly one fate.
-class MessageWorkload final : public Workload {
- public:
-  explicit MessageWorkload(const TaskSet& set) : set_(set), messages_(set.size()), numbers_(set.size(), 0) {}
-
-  Duration start(const Job& job, Time) override {
-    if (set_[job.task].kind == TaskKind::subscription) {
-      const JobRef parent = remove(job.task, job.sequence);
-      EXPECT_EQ(parent, job.parent);
-    }
-    return set_[job.task].wcet;
-  }
-  std::span<const TaskId> finish(const Job&, const Task& task, Time) override { return task.feeds; }
-  void delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) override {
-    EXPECT_EQ(sequence, numbers_[subscription]++);
-    messages_[subscription].emplace_back(sequence, parent);
-  }
-  void overwritten(TaskId subscription, std::uint64_t sequence) override { remove(subscription, sequence); }
-
- private:
-  JobRef remove(TaskId subscription, std::uint64_t sequence) {
-    auto& unread = messages_[subscription];
-    const auto entry = std::find_if(unread.begin(), unread.end(),
-                                    [&](const auto& message) { return message.first == sequence; });
-    if (entry == unread.end()) {
-      ADD_FAILURE() << "no message " << sequence << " at task " << subscription;
-      return {};
-    }
-    const JobRef parent = entry->second;
-    unread.erase(entry);
-    return parent;
-  }
-  const TaskSet& set_;
-  std::vector<std::deque<std::pair<std::uint64_t, JobRef>>> messages_;
-  std::vector<std::uint64_t> numbers_;
-};
-
-TEST(Workload, EveryMessageIsTakenByItsJobOrOverwritten) {
-  Random random(33);
-  for (const ExecutorEntry& executor : executors()) {
-    for (int i = 0; i < 20; ++i) {
-      TaskSet set = random_graph(random, 4, 7, 1.3);
-      for (CallbackGroup& group : set.groups) group = CallbackGroup::reentrant;
-      SimulationOptions options;
-      options.duration = 200ms;
-      options.platform.cores = 1 + static_cast<unsigned>(i) % 2;
-      options.platform.set_dispatch_costs(200us);
-      options.platform.delivery_delay = i % 3 == 0 ? 700us : 0us;
-      MessageWorkload workload(set);
-      simulate_trace(set, executor, {.workers = 3}, workload, options);
-    }
-  }
 }
 
 TEST(UniformTimes, CoverBcetToWcetAndDependOnSeedTaskAndSequenceOnly) {
