@@ -15,7 +15,6 @@
 #include "task_sets.hpp"
 
 namespace hotpath::bad_input_test {
-namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -147,5 +146,4 @@ TEST(PeriodicTasks, ComeInPriorityOrderOfTheTaskSet) {
             std::tuple(2, 1, 10, 10, 3));
 }
 
-}  // namespace
 }  // namespace hotpath::bad_input_test

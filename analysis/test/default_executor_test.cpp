@@ -7,7 +7,6 @@
 #include "task_sets.hpp"
 
 namespace hotpath::default_executor_test {
-namespace {
 
 using ::testing::ElementsAre;
 
@@ -67,5 +66,4 @@ TEST(SectionVIIB, NormalisedReductionOfThePaperArtifact) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::default_executor_test

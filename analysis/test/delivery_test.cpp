@@ -5,7 +5,6 @@
 #include "hotpath/analysis/graph_bounds.hpp"
 
 namespace hotpath::delivery_test {
-namespace {
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -75,5 +74,4 @@ TEST_F(Delivery, OneLessUrgentJobMayStartBeforeEachHop) {
       Optional(5'000'000 + (1'000 + 12'000'000 + 5'000'000 + 5'000'000) + (1'000 + 12'000'000 + 5'000'000)));
 }
 
-}  // namespace
 }  // namespace hotpath::delivery_test

@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 
 namespace hotpath::deployment_bounds_test {
-namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -245,5 +244,4 @@ TEST(DeploymentBounds, WhatIsNotCoveredIsRefusedByName) {
               HasSubstr("release jitter"));
 }
 
-}  // namespace
 }  // namespace hotpath::deployment_bounds_test

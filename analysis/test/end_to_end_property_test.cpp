@@ -12,7 +12,6 @@
 #include "reference_simulation.hpp"
 
 namespace hotpath::end_to_end_property_test {
-namespace {
 
 /// The jobs of each task in order of their releases.
 std::vector<std::vector<SimulatedJob>> by_task(const std::vector<SimulatedJob>& jobs, std::size_t tasks) {
@@ -113,5 +112,4 @@ TEST(EndToEnd, DavareBoundsDuerrBoundsPhaseAwareBoundsSimulationUnderNpEdf) {
 
 TEST(EndToEnd, JitterKeepsTheBoundsSafe) { EXPECT_GT(check_sets(23, Priorities::fixed, true), 200); }
 
-}  // namespace
 }  // namespace hotpath::end_to_end_property_test

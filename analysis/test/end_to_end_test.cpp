@@ -8,7 +8,6 @@
 #include "task_sets.hpp"
 
 namespace hotpath::end_to_end_test {
-namespace {
 
 const PeriodicTasks kTasks = {task(1, 10), task(2, 20)};
 const ResponseTimes kBounds = {1, 3};
@@ -90,5 +89,4 @@ TEST(Guenzel2023, WithoutPhasesEqualsKloda2018) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::end_to_end_test

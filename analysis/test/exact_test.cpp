@@ -6,7 +6,6 @@
 #include "hotpath/analysis/analysis_error.hpp"
 
 namespace hotpath::exact::exact_test {
-namespace {
 
 constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
 
@@ -46,5 +45,4 @@ TEST(Exact, FixedPointStopsAtItsLimit) {
   EXPECT_THROW(least_fixed_point(0, grow), AnalysisError);
 }
 
-}  // namespace
 }  // namespace hotpath::exact::exact_test

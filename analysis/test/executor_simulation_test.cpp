@@ -12,7 +12,6 @@
 #include "task_sets.hpp"
 
 namespace hotpath::executor_simulation_test {
-namespace {
 
 /// Timers of a few milliseconds in random order of creation.
 TaskSet random_timers(RandomStream& random) {
@@ -114,5 +113,4 @@ TEST(Fifo, BoundHoldsForTheStockEventsExecutorWhereItSkipsNothing) {
   EXPECT_GT(compared, 60);
 }
 
-}  // namespace
 }  // namespace hotpath::executor_simulation_test

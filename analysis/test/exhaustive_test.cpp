@@ -12,7 +12,6 @@
 #include "reference_simulation.hpp"
 
 namespace hotpath::exhaustive_test {
-namespace {
 
 constexpr std::size_t kMost = 3;
 
@@ -202,5 +201,4 @@ TEST(Exhaustive, FifoBoundIsReached) {
   EXPECT_GT(compared, kSets / 20);
 }
 
-}  // namespace
 }  // namespace hotpath::exhaustive_test

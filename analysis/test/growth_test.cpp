@@ -7,7 +7,6 @@
 #include <random>
 
 namespace hotpath::growth_test {
-namespace {
 
 using testing::DoubleNear;
 using testing::Pointwise;
@@ -129,5 +128,4 @@ TEST(Holm, HisExample) {
   EXPECT_TRUE(holm({}).empty());
 }
 
-}  // namespace
 }  // namespace hotpath::growth_test

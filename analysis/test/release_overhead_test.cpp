@@ -8,7 +8,6 @@
 #include "task_sets.hpp"
 
 namespace hotpath::release_overhead_test {
-namespace {
 
 constexpr std::int64_t kDelta = 120 * kUs;
 
@@ -77,5 +76,4 @@ TEST(ConditionC1, ReleaseAndExecuteRefusesAJobAsLongAsAnotherTasksPeriod) {
                                         brueggen_2015));
 }
 
-}  // namespace
 }  // namespace hotpath::release_overhead_test

@@ -10,7 +10,6 @@
 #include "reference_simulation.hpp"
 
 namespace hotpath::response_time_property_test {
-namespace {
 
 constexpr int kSets = 2000;
 
@@ -130,5 +129,4 @@ TEST(Fifo, BoundHoldsForEveryPhase) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::response_time_property_test

@@ -9,7 +9,6 @@
 #include "task_sets.hpp"
 
 namespace hotpath::schedule_abstraction_test {
-namespace {
 
 /// The worst response times for the phases of the tasks, whose order is that of their priorities.
 class ExploredResponses final : public ExplorationObserver {
@@ -50,5 +49,4 @@ TEST(NasriBrandenburg2017, PaperTaskSetsWithExecutionTimesFromZero) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::schedule_abstraction_test

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 namespace hotpath::service_paths_test {
-namespace {
 
 constexpr TaskId kLayers = 40;
 constexpr std::int64_t kWait = 10;
@@ -73,5 +72,4 @@ TEST(ServicePaths, EachServiceOfManyPathsIsVisitedOnce) {
   EXPECT_GT(layer, kWait);
 }
 
-}  // namespace
 }  // namespace hotpath::service_paths_test

@@ -9,7 +9,6 @@
 #include <random>
 
 namespace hotpath::statistics_test {
-namespace {
 
 using Repetitions = std::vector<std::vector<double>>;
 
@@ -220,5 +219,4 @@ TEST(FitLine, OfOnePlacePassesThroughTheOrigin) {
   EXPECT_DOUBLE_EQ(line.intercept, 0);
 }
 
-}  // namespace
 }  // namespace hotpath::statistics_test

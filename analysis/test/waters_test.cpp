@@ -10,7 +10,6 @@
 #include "task_sets.hpp"
 
 namespace hotpath::waters_test {
-namespace {
 
 const std::vector<WatersMethod> kAll = {WatersMethod::brueggen_davare, WatersMethod::davis_davare,
                                         WatersMethod::davis_duerr, WatersMethod::davis_kloda,
@@ -243,5 +242,4 @@ TEST(WatersCsv, OneLineForEachChainAndBin) {
                                                    "0.6,brueggen_davare,10,20,1\n"));
 }
 
-}  // namespace
 }  // namespace hotpath::waters_test
