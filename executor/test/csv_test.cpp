@@ -7,7 +7,6 @@
 #include <sstream>
 
 namespace hotpath::test::csv_test {
-namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -91,27 +90,4 @@ TEST(Csv, ALineWithoutEndIsRefused) {
               HasSubstr("a.csv:2: the line has more than 4 MiB"));
 }
 
-/// A file on a disk that fails after the first bytes.
-class FailingFile : public std::streambuf {
- public:
-  FailingFile() { setg(text_, text_, text_ + sizeof text_ - 1); }
-
- private:
-  int_type underflow() override { throw std::ios_base::failure("read"); }
-
-  char text_[14] = "name\nIMU\nGNSS";
-};
-
-TEST(Csv, AFileThatCannotBeReadToItsEndIsNoShorterFile) {
-  FailingFile file;
-  std::istream in(&file);
-  CsvReader csv(in, "a.csv");
-  ASSERT_TRUE(csv.next());
-  EXPECT_THAT(refusal([&] {
-                while (csv.next()) continue;
-              }),
-              HasSubstr("a.csv:2: cannot be read (input/output error"));
-}
-
-}  // namespace
 }  // namespace hotpath::test::csv_test

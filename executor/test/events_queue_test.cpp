@@ -8,7 +8,6 @@
 #include "task_sets.hpp"
 
 namespace hotpath::test::events_queue_test {
-namespace {
 
 Job job(TaskId task, std::uint64_t sequence = 0, Time deadline = kNever) {
   return {.task = task, .sequence = sequence, .deadline = deadline};
@@ -178,25 +177,4 @@ TEST_F(PriorityOrderTest, OrdersJobs) {
   EXPECT_EQ(order(set, Policy::fp, {job(0), job(2)}), (std::vector<JobRef>{{2, 0}, {0, 0}}));
 }
 
-TEST_F(PriorityOrderTest, QueueReusesSlotsAndVisitsAllJobs) {
-  PriorityEventsQueue queue(PriorityOrder(set, Policy::rm, SubscriptionRule::inherit, Ties::lifo));
-  Random random(3);
-  std::uint64_t sequence = 0;
-  std::vector<std::uint64_t> waiting;
-  for (int i = 0; i < 2000; ++i) {
-    if (queue.empty() || uniform(random, 0, 2) > 0) {
-      queue.push(job(1, sequence));
-      waiting.push_back(sequence++);
-    } else {
-      ASSERT_EQ(queue.pop().sequence, waiting.front());
-      waiting.erase(waiting.begin());
-    }
-    std::vector<std::uint64_t> visited;
-    queue.for_each([&](const Job& j) { visited.push_back(j.sequence); });
-    std::sort(visited.begin(), visited.end());
-    ASSERT_EQ(visited, waiting);
-  }
-}
-
-}  // namespace
 }  // namespace hotpath::test::events_queue_test

@@ -8,7 +8,6 @@
 #include "task_sets.hpp"
 
 namespace hotpath::test::events_test {
-namespace {
 
 constexpr Worker kExecutor = EventsScheduler::kExecutor;
 constexpr Worker kReleaser = EventsScheduler::kTimerManagement;
@@ -86,5 +85,4 @@ TEST(Registry, EveryExecutorHasTheWorkersOfItsTraits) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::test::events_test

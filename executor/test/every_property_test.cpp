@@ -8,7 +8,6 @@
 #include "task_sets.hpp"
 
 namespace hotpath::test::every_property_test {
-namespace {
 
 class EveryProperty : public testing::TestWithParam<Property> {};
 
@@ -29,5 +28,4 @@ TEST_P(EveryProperty, HoldsForRandomCases) {
 INSTANTIATE_TEST_SUITE_P(Registry, EveryProperty, testing::ValuesIn(properties()),
                          [](const auto& property) { return identifier(property.param.name); });
 
-}  // namespace
 }  // namespace hotpath::test::every_property_test

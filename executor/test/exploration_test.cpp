@@ -6,11 +6,9 @@
 
 #include <map>
 
-#include "../src/core/zone.hpp"
 #include "task_sets.hpp"
 
 namespace hotpath::test::exploration_test {
-namespace {
 
 using Worst = std::map<TaskId, Duration>;  // response time by timer
 
@@ -157,28 +155,6 @@ Worst enumerated(const TaskSet& given, const std::string& executor, Duration dur
   return worst;
 }
 
-TEST(Zone, BoundsStayClosed) {
-  Zone zone(3);
-  zone.assign(1, 0, 2, 10);  // x in [2, 10]
-  zone.assign(2, 1, 1, 3);   // y = x + [1, 3]
-  EXPECT_EQ(zone.lowest(2), 3);
-  EXPECT_EQ(zone.highest(2), 13);
-  ASSERT_TRUE(zone.limit(2, 0, 4));  // y <= 4
-  EXPECT_EQ(zone.highest(1), 3);
-  EXPECT_EQ(zone.most(2, 1), 2);
-  EXPECT_FALSE(zone.limit(0, 2, -5));  // y >= 5
-}
-
-TEST(Zone, JoinsWhatTouches) {
-  const auto interval = [](std::int64_t low, std::int64_t high) {
-    Zone zone(2);
-    zone.assign(1, 0, low, high);
-    return zone;
-  };
-  EXPECT_TRUE(Zone::joined(interval(1, 3), interval(4, 6))->contains(interval(1, 6)));
-  EXPECT_FALSE(Zone::joined(interval(1, 3), interval(5, 6)));
-}
-
 TEST(Exploration, AJobThatIsShorterCanDelayAnother) {
   TaskSet set;
   const TaskId often = add_timer(set, 10ms, 2ms);
@@ -302,5 +278,4 @@ TEST(Exploration, OfTwoThreadsFindsWhatEnumerationFinds) {
 
 INSTANTIATE_TEST_SUITE_P(Exploration, EveryJitter, testing::Bool());
 
-}  // namespace
 }  // namespace hotpath::test::exploration_test

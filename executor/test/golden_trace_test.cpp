@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cmath>
 
 #include "hotpath/core/golden_trace.hpp"
 #include "hotpath/core/job_order.hpp"
@@ -14,7 +13,6 @@
 #include "task_sets.hpp"
 
 namespace hotpath::test::golden_trace_test {
-namespace {
 
 GoldenTrace reference(const std::string& level, const std::string& executor) {
   return read_golden_trace(std::string(HOTPATH_REFERENCE_DIR) + "/traces/timers_only_" + level + "." +
@@ -258,5 +256,4 @@ TEST(RecordedRebuiltWaitSet, RunsWhatJazzyRanAtTheRecordedInstants) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::test::golden_trace_test

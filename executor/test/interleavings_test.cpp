@@ -14,7 +14,6 @@
 #include "controlled_run.hpp"
 
 namespace hotpath::test::interleavings_test {
-namespace {
 
 /// Enumerates all choices with at most this many preemptions.
 class AllChoices final : public Choices {
@@ -168,5 +167,4 @@ class Counts final : public testing::Environment {
 };
 const auto* const counts = testing::AddGlobalTestEnvironment(new Counts);
 
-}  // namespace
 }  // namespace hotpath::test::interleavings_test

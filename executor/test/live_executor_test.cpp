@@ -15,7 +15,6 @@
 #include "schedule_checks.hpp"
 
 namespace hotpath::live_executor_test {
-namespace {
 
 using namespace std::chrono_literals;
 
@@ -70,8 +69,7 @@ class Chain final : public JobHandler {
   std::vector<std::atomic<std::uint64_t>> published;
 };
 
-Trace run(const std::string& executor, const TaskSet& set, Duration length,
-          Duration stop_after = Duration::max()) {
+Trace run(const std::string& executor, const TaskSet& set, Duration length) {
   const ExecutorEntry& entry = *find_executor(executor);
   Chain chain(set);
   auto scheduler = entry.make(set, {});
@@ -92,10 +90,6 @@ Trace run(const std::string& executor, const TaskSet& set, Duration length,
   trace.executor = executor;
   trace.epoch = now() + 50ms;
   live.start(trace.epoch, trace.epoch + length);
-  if (stop_after != Duration::max()) {
-    burn(trace.epoch + stop_after - now());
-    live.stop();
-  }
   trace.end = live.join();
   live.close(trace.end);
   for (const auto& log : logs) {
@@ -129,13 +123,6 @@ TEST_P(LiveExecutor, AccountsForEveryTimestampAndSample) {
   EXPECT_TRUE(all_ran);
 }
 
-TEST_P(LiveExecutor, EndsEarlyOnRequestAndStillAccountsForEverything) {
-  const TaskSet set = two_timers_and_a_sequence();
-  const Trace trace = run(std::string(GetParam()), set, 1h, 50ms);
-  EXPECT_LT(trace.end, trace.epoch + 1h);
-  for (const TaskAccount& a : account(set, trace)) EXPECT_EQ(a.accounted(), a.expected) << set[a.task].name;
-}
-
 INSTANTIATE_TEST_SUITE_P(Registry, LiveExecutor, testing::ValuesIn(test::executor_names()),
                          [](const auto& executor) { return test::identifier(executor.param); });
 
@@ -162,5 +149,4 @@ TEST(LivePriorityExecutor, NeverStartsAJobWhileOneOfHigherPriorityWaits) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::live_executor_test

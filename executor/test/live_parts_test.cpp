@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cstdlib>
-#include <memory>
 #include <thread>
 
 #include "hotpath/live/clock.hpp"
@@ -15,7 +13,6 @@
 #include "hotpath/live/thread_setup.hpp"
 
 namespace hotpath::live_parts_test {
-namespace {
 
 TEST(Parker, DoesNotSleepWhenWokenAfterTheTicketWasRead) {
   Parker parker;
@@ -23,26 +20,6 @@ TEST(Parker, DoesNotSleepWhenWokenAfterTheTicketWasRead) {
   parker.unpark();
   parker.park_until(ticket, kNever);  // would hang
   EXPECT_NE(parker.ticket(), ticket);
-}
-
-TEST(Parker, WakesAtAnAbsoluteInstant) {
-  Parker parker;
-  const Time until = now() + std::chrono::milliseconds(2);
-  while (now() < until) parker.park_until(parker.ticket(), until);
-  EXPECT_GE(now(), until);
-}
-
-TEST(Parker, AnotherThreadWakesIt) {
-  Parker parker;
-  std::atomic<bool> done{false};
-  const std::uint32_t ticket = parker.ticket();
-  std::thread sleeper([&] {
-    parker.park_until(ticket, kNever);
-    done = true;
-  });
-  parker.unpark();
-  sleeper.join();
-  EXPECT_TRUE(done);
 }
 
 TEST(RecordLog, CountsWhatDoesNotFit) {
@@ -72,18 +49,6 @@ TEST(Sample, GoesBackExactlyOnce) {
     EXPECT_THAT(owner.returned, testing::ElementsAre(1));
   }
   EXPECT_THAT(owner.returned, testing::ElementsAre(1, 2));
-}
-
-TEST(Sample, SharedGoesBackOnceMore) {
-  CountingOwner owner;
-  const int data = 7;
-  {
-    const Sample first(&data, owner, 1);
-    const Sample second = first.share();
-    EXPECT_EQ(second.as<int>(), 7);
-    EXPECT_THAT(owner.shared, testing::ElementsAre(1));
-  }
-  EXPECT_THAT(owner.returned, testing::ElementsAre(1, 1));
 }
 
 struct Collected final : SampleSink {
@@ -166,5 +131,4 @@ TEST(PinToCpus, RefusesAProcessorThatDoesNotExist) {
   pin_to_cpus(before);
 }
 
-}  // namespace
 }  // namespace hotpath::live_parts_test

@@ -7,7 +7,6 @@
 #include "schedule_checks.hpp"
 
 namespace hotpath::test::platform_test {
-namespace {
 
 struct Timing {
   Duration period, wcet, phase{};
@@ -179,5 +178,4 @@ TEST(Cores, NeverMoreWorkDoneThanCoresHaveTime) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::test::platform_test

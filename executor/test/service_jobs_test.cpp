@@ -6,7 +6,6 @@
 #include "task_sets.hpp"
 
 namespace hotpath::test::service_jobs_test {
-namespace {
 
 constexpr Duration kWait = 100ms;
 constexpr Worker kExecutor = EventsScheduler::kExecutor;
@@ -121,5 +120,4 @@ TEST(ServiceJobs, ARemovedTaskIsForgotten) {
   EXPECT_EQ(jobs.overdue(at(110ms), all), 2U);
 }
 
-}  // namespace
 }  // namespace hotpath::test::service_jobs_test

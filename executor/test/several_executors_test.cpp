@@ -9,7 +9,6 @@
 #include "task_sets.hpp"
 
 namespace hotpath::test::several_executors_test {
-namespace {
 
 /// A single-threaded executor with its own thread for each timer of `set`.
 Trace one_executor_each(const TaskSet& set, const std::vector<SimulatedThread>& threads, unsigned cores,
@@ -124,5 +123,4 @@ TEST(OrdinaryPolicy, NiceScalesTheTimeSlice) {
   EXPECT_EQ(schedule(trace)[1].finish, 180ms);
 }
 
-}  // namespace
 }  // namespace hotpath::test::several_executors_test

@@ -8,7 +8,6 @@
 #include "schedule_checks.hpp"
 
 namespace hotpath::test::simulator_test {
-namespace {
 
 using testing::HasSubstr;
 
@@ -45,18 +44,6 @@ TEST(Simulator, RecordsOverwrittenSamplesAndEmptyEvents) {
       EXPECT_EQ(r.start, r.finish);
     }
   }
-}
-
-TEST(Simulator, SummaryWithoutSinkEqualsTheTrace) {
-  Random random(31);
-  const TaskSet set = random_graph(random, 5, 6, 0.9);
-  const Trace trace = run(set, "edf-ro", 500ms);
-  const WorstCaseTimes times(set);
-  PublishingWorkload workload(times);
-  const auto scheduler = find_executor("edf-ro")->make(set, {});
-  const SimulationSummary summary = simulate(set, *scheduler, workload, {.platform = {}, .duration = 500ms});
-  EXPECT_EQ(summary.published, trace.published);
-  EXPECT_EQ(summary.jobs, schedule(trace).size());
 }
 
 /// Sequence numbers, and instants in microseconds, beyond 32 bits.
@@ -215,5 +202,4 @@ TEST_P(SectionVA, ReleaseOnlyAndReleaseAndExecuteDifferWhereAWcetExceedsAPeriodB
 
 INSTANTIATE_TEST_SUITE_P(EveryPolicy, SectionVA, testing::Values("rm", "dm", "fp", "edf"));
 
-}  // namespace
 }  // namespace hotpath::test::simulator_test

@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <sstream>
 
 #include "hotpath/core/accounting.hpp"
@@ -13,7 +12,6 @@
 #include "schedule_checks.hpp"
 
 namespace hotpath::test::trace_test {
-namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -211,5 +209,4 @@ TEST_F(Accounting, TimerThatFirstFallsDueAtTheEndHasNoTimestamp) {
   EXPECT_EQ(account(set, trace)[timer].expected, 1U);
 }
 
-}  // namespace
 }  // namespace hotpath::test::trace_test

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 namespace hotpath::test::utf8_test {
-namespace {
 
 TEST(Printable, KeepsUtf8) {
   EXPECT_EQ(printable("hot_path", 200), "hot_path");
@@ -26,5 +25,4 @@ TEST(Printable, CutsBetweenCharacters) {
   EXPECT_EQ(printable("a\x01\x01", 8), "a\\x01...");
 }
 
-}  // namespace
 }  // namespace hotpath::test::utf8_test

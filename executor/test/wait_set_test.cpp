@@ -10,7 +10,6 @@
 #include "task_sets.hpp"
 
 namespace hotpath::test::wait_set_test {
-namespace {
 
 TEST(SingleThreadedExecutors, SampleThatReplacesAReadyOneIsNotReleasedBeforeItsPublication) {
   for (const char* executor : {"default", "static"}) {
@@ -59,7 +58,8 @@ TEST(MultiThreadedExecutor, TheRemedyKeepsBlockedTasksAheadOfTasksFoundLater) {
     /// At the end of the wait, if one begins that has something to find.
     const auto decided = [&](Worker worker, Duration now) {
       const Decision decision = scheduler.decide(worker, at(now));
-      return decision.job || decision.wake_at > at(now) ? decision.job : scheduler.decide(worker, at(now)).job;
+      return decision.job || decision.wake_at > at(now) ? decision.job
+                                                        : scheduler.decide(worker, at(now)).job;
     };
     const Job running = decided(0, 0ms).value();
     EXPECT_EQ(running.task, a);
@@ -78,5 +78,4 @@ TEST(RebuiltWaitSet, OnlyTheWorkerThatWaitsPaysForTheWait) {
   EXPECT_EQ(scheduler.decide(1, at(0ms)).waited_for, 0U);
 }
 
-}  // namespace
 }  // namespace hotpath::test::wait_set_test
