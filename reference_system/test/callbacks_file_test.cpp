@@ -11,7 +11,6 @@
 #include "hotpath/reference_system/graph_layout.hpp"
 
 namespace hotpath::callbacks_file_test {
-namespace {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
@@ -158,5 +157,4 @@ TEST(Callbacks, MistakesAreReportedWithTheirLine) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::callbacks_file_test

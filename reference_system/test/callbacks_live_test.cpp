@@ -14,7 +14,6 @@
 #include "live_fixture.hpp"
 
 namespace hotpath::callbacks_live_test {
-namespace {
 
 Time at(int ms) { return Time{} + std::chrono::milliseconds(ms); }
 
@@ -142,5 +141,4 @@ TEST(Message4kb, KeepsTheOldestJobOfANode) {
   EXPECT_EQ(Message4kbHistory::publication(by_n), 3U);
 }
 
-}  // namespace
 }  // namespace hotpath::callbacks_live_test

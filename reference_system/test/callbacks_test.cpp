@@ -8,7 +8,6 @@
 #include "simulated_graph.hpp"
 
 namespace hotpath::callbacks_test {
-namespace {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
@@ -188,5 +187,4 @@ TEST(Callbacks, MeasuredTimesAreDrawnUniformlyFromTheGivenValues) {
   for (const Duration d : {1ms, 2ms, 4ms}) EXPECT_NEAR(count[d], 1000, 150);
 }
 
-}  // namespace
 }  // namespace hotpath::callbacks_test

@@ -13,7 +13,6 @@
 #include "graph_fixture.hpp"
 
 namespace hotpath::deployment_test {
-namespace {
 
 using testing::HasSubstr;
 
@@ -230,5 +229,4 @@ TEST_F(Deployments, MistakesAreReportedWithTheirLine) {
   EXPECT_THROW(static_cast<void>(find("isolatd")), InputError);
 }
 
-}  // namespace
 }  // namespace hotpath::deployment_test

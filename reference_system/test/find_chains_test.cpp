@@ -8,7 +8,6 @@
 #include "hotpath/reference_system/graph_writer.hpp"
 
 namespace hotpath::find_chains_test {
-namespace {
 
 using testing::ElementsAre;
 using testing::SizeIs;
@@ -52,5 +51,4 @@ TEST(FindChains, FindsNoneAmongTimersAlone) {
   EXPECT_THAT(find_chains(graph, make_tasks(graph), 10), SizeIs(0));
 }
 
-}  // namespace
 }  // namespace hotpath::find_chains_test

@@ -8,7 +8,6 @@
 #include "graph_fixture.hpp"
 
 namespace hotpath::graph_find_test {
-namespace {
 
 namespace fs = std::filesystem;
 
@@ -56,5 +55,4 @@ TEST_F(FindGraph, IsAnsweredByTheList) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::graph_find_test

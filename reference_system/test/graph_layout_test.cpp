@@ -10,7 +10,6 @@
 #include "hotpath/reference_system/reference_node.hpp"
 
 namespace hotpath::graph_layout_test {
-namespace {
 
 ReferenceNode node(const std::string& name, const std::vector<std::string>& inputs) {
   ReferenceNode n;
@@ -76,5 +75,4 @@ TEST(Layout, EndsForAGraphWithACycle) {
   EXPECT_THAT(columns_of(graph), testing::UnorderedElementsAre(0, 1, 2));
 }
 
-}  // namespace
 }  // namespace hotpath::graph_layout_test

@@ -10,7 +10,6 @@
 #include "hotpath/reference_system/reference_node.hpp"
 
 namespace hotpath::graph_picture_test {
-namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -95,5 +94,4 @@ TEST(Picture, EscapesWhatGraphvizWouldRead) {
   EXPECT_THAT(line(lines_of(graph), "\"a<b>&\\\\\" ["), HasSubstr("a&lt;b&gt;&amp;\\"));
 }
 
-}  // namespace
 }  // namespace hotpath::graph_picture_test

@@ -6,7 +6,6 @@
 #include <gmock/gmock.h>
 
 #include <map>
-#include <set>
 #include <stdexcept>
 #include <tuple>
 
@@ -15,7 +14,6 @@
 #include "hotpath/core/priority_order.hpp"
 
 namespace hotpath::graph_test {
-namespace {
 
 using testing::DoubleNear;
 using testing::ElementsAre;
@@ -32,9 +30,6 @@ std::vector<std::string> names(const GraphTasks& tasks, const std::vector<TaskId
 class Autoware : public testing::Test {
  protected:
   TaskId task(const std::string& name) const { return task_named(tasks, name); }
-  std::vector<std::string> fed(const std::string& name) const {
-    return names(tasks, tasks.set[task(name)].feeds);
-  }
 
   const Graph graph = graph_named("autoware");
   const GraphTasks tasks = make_tasks(graph);
@@ -66,19 +61,6 @@ TEST_F(Autoware, HasTheSubscriberCountsOfUpstreamsTestRequirements) {
   for (const auto& [topic, count] : publishers) EXPECT_EQ(count, 1) << topic;
   std::erase_if(subscribers, [](const auto& topic) { return topic.second == 1; });
   EXPECT_EQ(subscribers, several);
-}
-
-TEST_F(Autoware, SubscriptionsInheritTheHighestUpstreamRateOfEachCallback) {
-  const std::map<std::string, int> period_ms = {{"EuclideanClusterSettings", 25},
-                                                {"IntersectionOutput/EuclideanIntersection", 25},
-                                                {"Lanelet2MapLoader/Lanelet2GlobalPlanner", 60},
-                                                {"BehaviorPlanner/LanePlanner", 60},
-                                                {"VehicleInterface/MPCController", 100},
-                                                {"Lanelet2MapLoader/Lanelet2Map", 100},
-                                                {"BehaviorPlanner/ObjectCollisionEstimator", 100},
-                                                {"NDTLocalizer/PointCloudMapLoader", 120}};
-  const std::vector<std::int64_t> level = inherited_levels(tasks.set, Policy::rm);
-  for (const auto& [name, period] : period_ms) EXPECT_EQ(level[task(name)], period * 1'000'000) << name;
 }
 
 TEST_F(Autoware, FixedPrioritiesPutTheHotPathFirst) {
@@ -116,31 +98,6 @@ TEST_F(Autoware, DeclaresUpstreamsHotPath) {
   EXPECT_THAT(chain.nodes, ElementsAre("FrontLidarDriver", "RearLidarDriver", "PointsTransformerFront",
                                        "PointsTransformerRear", "RayGroundFilter", "ObjectCollisionEstimator",
                                        "PointCloudFusion", "EuclideanClusterDetector"));
-}
-
-TEST_F(Autoware, TasksFeedTheSubscriptionsOfTheirOwnOutputOnly) {
-  EXPECT_THAT(fed("EuclideanClusterDetector/RayGroundFilter"),
-              ElementsAre("ObjectCollisionEstimator/EuclideanClusterDetector"));
-  EXPECT_THAT(fed("EuclideanClusterDetector/EuclideanClusterSettings"),
-              ElementsAre("IntersectionOutput/EuclideanIntersection"));
-  EXPECT_EQ(fed("PointCloudFusion/PointsTransformerFront"), fed("PointCloudFusion/PointsTransformerRear"));
-  EXPECT_THAT(fed("BehaviorPlanner/NDTLocalizer"), ElementsAre());
-  EXPECT_THAT(fed("BehaviorPlanner"),
-              ElementsAre("MPCController/BehaviorPlanner", "VehicleInterface/BehaviorPlanner"));
-  EXPECT_THAT(fed("VehicleDBWSystem/VehicleInterface"), ElementsAre());
-}
-
-TEST_F(Autoware, ListsSubscriptionsInInputOrderAndThenTheTimerOfANode) {
-  const TaskId timer = task("BehaviorPlanner");
-  EXPECT_EQ(task("BehaviorPlanner/ObjectCollisionEstimator"), timer - 6);
-  EXPECT_EQ(task("BehaviorPlanner/LanePlanner"), timer - 1);
-  EXPECT_EQ(tasks.origin[timer - 1].input, 5U);
-  EXPECT_FALSE(tasks.origin[timer].input);
-  EXPECT_EQ(graph.nodes[tasks.origin[timer].node].name, "BehaviorPlanner");
-  EXPECT_EQ(tasks.set[timer].group, tasks.set[timer - 1].group);
-  EXPECT_EQ(tasks.set[timer].deadline, tasks.set[timer].period);
-  EXPECT_GT(tasks.set[timer].wcet, Duration::zero());
-  EXPECT_EQ(tasks.set[timer - 1].wcet, Duration::zero());  // only stores the sample
 }
 
 TEST(Load, OfZeroLeavesNoWorkAndIsNeverNegative) {
@@ -192,26 +149,6 @@ TEST(Rates, ScalePhasesAndKeepTheReleaseJitterBelowThePeriod) {
   EXPECT_EQ(timer.phase, std::chrono::milliseconds(15));
 }
 
-TEST(Delivery, OrdersTheSubscriptionsThatATaskFeeds) {
-  Graph g = two_topics();
-  const auto fed_by = [&](const char* sensor) {
-    const GraphTasks tasks = make_tasks(g);
-    const TaskId id = task_named(tasks, sensor);
-    EXPECT_EQ(tasks.readers[id][0], tasks.set[id].feeds);
-    return names(tasks, tasks.set[id].feeds);
-  };
-  EXPECT_THAT(fed_by("S"), ElementsAre("A/S", "B/S", "C/S"));
-  g.delivery["S"].nodes = {"C", "A", "B"};
-  EXPECT_THAT(fed_by("S"), ElementsAre("C/S", "A/S", "B/S"));
-  EXPECT_THAT(fed_by("T"), ElementsAre("A/T", "B/T"));
-  g.delivery["S"].nodes.clear();  // unknown: the order of creation
-  EXPECT_THAT(fed_by("S"), ElementsAre("A/S", "B/S", "C/S"));
-  std::set<std::vector<std::string>> drawn;
-  for (std::uint64_t seed = 0; seed < 100; ++seed)
-    drawn.insert(with_drawn_deliveries(g, seed).delivery["S"].nodes);
-  EXPECT_EQ(drawn.size(), 6U);
-}
-
 TEST(Delivery, IsTheOrderOfCreationOfSubscriptions) {
   Graph g = two_topics();
   const auto created = [&] {
@@ -246,5 +183,4 @@ TEST(TimersOnlyGraphs, AreThePapersTaskSetsAsWrittenInTheLibrary) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::graph_test

@@ -1,18 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes in virtual time: ages of data, and Autoware beside the real ROS 2 stack at the same phases.
-// bench/test/independent/ checks the node types and orders of delivery.
+// Nodes in virtual time: ages of data. bench/test/independent/ checks the node types and orders of delivery,
+// simulate_test.py Autoware beside the real ROS 2 stack at the same phases.
 #include "hotpath/reference_system/graph_workload.hpp"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "graph_fixture.hpp"
-#include "hotpath/reference_system/phases.hpp"
 #include "simulated_graph.hpp"
 
 namespace hotpath::graph_workload_test {
-namespace {
 
 using namespace std::chrono_literals;
 
@@ -123,54 +119,4 @@ TEST(WorkingJobs, FusionsReplayTheTimesOfJobsThatPublished) {
   }
 }
 
-struct Reference {
-  const char* executor;
-  double median_ms;
-  double tolerance;
-  unsigned cores;
-  Duration dispatch_cost;
-};
-std::ostream& operator<<(std::ostream& out, const Reference& r) { return out << r.executor; }
-
-class RclcppAutowarePhases : public testing::TestWithParam<Reference> {};
-
-/// reference_system/ros2_reference/rclcpp_autoware_phases.csv: 4.22 ms per crunch, the creation
-/// instants of the timers, 30 s per run without the first prints. Medians of the hot-path latency.
-///
-/// `rm-ro` and `edf-ro` are the fork's executors: subscriptions run before timers, and of two
-/// subscriptions the earlier one in the fork's heap runs first. Dispatch costs are the times
-/// between two jobs of the golden traces. `multi` has no golden trace: its cost is the hot path
-/// without work (0.966 ms) divided by its seven callbacks.
-TEST_P(RclcppAutowarePhases, MedianOfTheRealStack) {
-  const Reference& reference = GetParam();
-  Graph graph = load_graph(find_graph("autoware"));
-  for (Node& node : graph.nodes)
-    for (Callback& callback : node.callbacks)
-      if (callback.worst > Duration{}) callback.worst = callback.best = 4220us;
-  const auto phases = read_phases(std::string(HOTPATH_REFERENCE_DIR) + "/rclcpp_autoware_phases.csv", graph,
-                                  reference.executor);
-  graph.platform.cores = reference.cores;
-  graph.platform.set_dispatch_costs(reference.dispatch_cost);
-  const Simulated s =
-      simulate_graph(graph, reference.executor, 30s, phases, {SubscriptionRule::first, Ties::fifo, 2});
-  // The six outputs of a hyperperiod (600 ms) differ, for `events-ro` by a crunch on either side of
-  // the median; therefore a whole number of hyperperiods is counted.
-  std::vector<double> latencies;
-  for (const ChainObservation& o : s.observations)
-    if (o.sink_start >= at(1200ms)) latencies.push_back(to_ms(o.sink_start - o.latest_source_start));
-  ASSERT_GT(latencies.size(), 250U);
-  std::sort(latencies.begin(), latencies.end());
-  const double median = (latencies[(latencies.size() - 1) / 2] + latencies[latencies.size() / 2]) / 2;
-  RecordProperty("median_ms", std::to_string(median));
-  EXPECT_NEAR(median / reference.median_ms, 1, reference.tolerance);
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    ReferenceCsv, RclcppAutowarePhases,
-    testing::Values(Reference{"default", 35.408, 0.05, 1, 20us}, Reference{"static", 30.507, 0.05, 1, 7us},
-                    Reference{"multi", 18.990, 0.10, 2, 138us}, Reference{"events-ro", 41.679, 0.05, 1, 1us},
-                    Reference{"events-re", 42.399, 0.05, 1, 6us}, Reference{"rm-ro", 21.187, 0.05, 1, 1us},
-                    Reference{"edf-ro", 21.371, 0.05, 1, 1us}));
-
-}  // namespace
 }  // namespace hotpath::graph_workload_test

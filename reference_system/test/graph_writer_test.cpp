@@ -9,7 +9,6 @@
 #include "graph_fixture.hpp"
 
 namespace hotpath::graph_writer_test {
-namespace {
 
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
@@ -57,5 +56,4 @@ TEST(GraphWriter, NamesTheFileThatCannotBeWritten) {
               testing::ThrowsMessage<InputError>(HasSubstr("mine.yaml")));
 }
 
-}  // namespace
 }  // namespace hotpath::graph_writer_test

@@ -13,7 +13,6 @@
 #include "hotpath/live/transport.hpp"
 
 namespace hotpath::partners_test {
-namespace {
 
 namespace dds = eprosima::fastdds::dds;
 using ::testing::HasSubstr;
@@ -79,5 +78,4 @@ TEST(Partners, AnOutsideReaderIsNotOneOfTheRunsOwn) {
   subscriber.wait_until_matched(in(std::chrono::seconds(30)));
 }
 
-}  // namespace
 }  // namespace hotpath::partners_test

@@ -12,7 +12,6 @@
 #include "graph_fixture.hpp"
 
 namespace hotpath::phases_test {
-namespace {
 
 using std::chrono::milliseconds;
 using testing::ElementsAre;
@@ -182,5 +181,4 @@ TEST_F(PhasesFile, TakesTheHeaderOfAGoldenTrace) {
   expect_error(error(header("SensorA", "1") + job), kAnyLine, {"no phase for the timer of node SensorB"});
 }
 
-}  // namespace
 }  // namespace hotpath::phases_test

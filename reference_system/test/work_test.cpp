@@ -12,7 +12,6 @@
 #include "hotpath/live/clock.hpp"
 
 namespace hotpath::work_test {
-namespace {
 
 using namespace std::chrono_literals;
 
@@ -102,5 +101,4 @@ TEST(Work, UsesItsExecutionTime) {
   EXPECT_EQ((WorkPart{1, WorkMode::cpu_time}).burn(now()), 0) << "no work, no reading";
 }
 
-}  // namespace
 }  // namespace hotpath::work_test
