@@ -14,7 +14,6 @@
 #include <thread>
 
 namespace hotpath::crew_test {
-namespace {
 
 /// Cells whose rows are `row NUMBER`, and what was gathered.
 struct Numbers {
@@ -111,5 +110,4 @@ TEST(Rank, DISABLED_SquaresNumbers) {
   crew.run(campaign);
 }
 
-}  // namespace
 }  // namespace hotpath::crew_test

@@ -9,9 +9,7 @@ namespace hotpath::bounded_queue_test {
 
 using namespace std::chrono_literals;
 
-namespace {
 const auto kNow = std::chrono::steady_clock::time_point{};
-}
 
 TEST(BoundedQueue, GivesBackInOrder) {
   BoundedQueue<int> queue(3, 100);

@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 namespace hotpath::parameters_test {
-namespace {
 
 using testing::HasSubstr;
 using XmlRpc::XmlRpcValue;
@@ -65,5 +64,4 @@ TEST(Parameters, ThatDoNotExistAreReported) {
   EXPECT_THAT(unknown, HasSubstr("ignored unknown parameters ~graph_every (`rosparam delete /bridge`"));
 }
 
-}  // namespace
 }  // namespace hotpath::parameters_test

@@ -5,8 +5,6 @@
 
 namespace hotpath::pending_samples_test {
 
-namespace {
-
 const PendingSamples::Time kNow{};
 
 telemetry::Statistics statistics(const std::string& run, std::size_t nodes) {
@@ -15,8 +13,6 @@ telemetry::Statistics statistics(const std::string& run, std::size_t nodes) {
   s.nodes().resize(nodes);
   return s;
 }
-
-}  // namespace
 
 TEST(Event, HoldsItsTextsAndSequences) {
   constexpr std::size_t kMany = 100'000;

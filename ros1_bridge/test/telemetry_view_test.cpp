@@ -22,8 +22,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::SizeIs;
 
-namespace {
-
 telemetry::NodeInfo node(const std::string& name, const std::string& type, bool hot, double x, double y) {
   telemetry::NodeInfo info;
   info.name(name);
@@ -79,8 +77,6 @@ std::vector<Marker> of_group(const MarkerArray& set, const std::string& group) {
 }
 
 bool is_red(const std_msgs::ColorRGBA& c) { return c.r > 0.7F && c.g < 0.3F && c.b < 0.3F; }
-
-}  // namespace
 
 TEST(GraphMarkers, DrawEachNodeAndEdgeAndTheHotPathInRed) {
   const auto info = run();

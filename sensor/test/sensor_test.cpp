@@ -19,7 +19,6 @@
 #include "hotpath/sensor/ring.hpp"
 
 namespace hotpath::sensor::sensor_test {
-namespace {
 
 namespace fs = std::filesystem;
 
@@ -187,5 +186,4 @@ TEST(Sensor, RecordsCallsOfTheRealTracetools) {
   for (const Ring* ring : session.rings()) EXPECT_EQ(ring->head, 7U + 3U * 1000U);
 }
 
-}  // namespace
 }  // namespace hotpath::sensor::sensor_test

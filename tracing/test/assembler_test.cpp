@@ -4,7 +4,6 @@
 #include "handmade_trace.hpp"
 
 namespace hotpath::tracing::assembler_test {
-namespace {
 
 /// A handmade trace that begins with make_nodes().
 class Assembled : public testing::Test, protected Recording {
@@ -299,5 +298,4 @@ TEST_F(Unannounced, AStatedJobWithoutEndDoesNotCount) {
   EXPECT_TRUE(jobs.empty());
 }
 
-}  // namespace
 }  // namespace hotpath::tracing::assembler_test

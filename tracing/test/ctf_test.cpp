@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 
 #include "hotpath/tracing/ctf_trace.hpp"
 
 namespace hotpath::tracing::ctf_test {
-namespace {
 
 namespace fs = std::filesystem;
 
@@ -92,5 +90,4 @@ TEST_F(Ctf, FoldersWithoutATraceAreRejectedWithARemedy) {
   expect_error(name_, "is not CTF");
 }
 
-}  // namespace
 }  // namespace hotpath::tracing::ctf_test

@@ -7,7 +7,6 @@
 #include "handmade_trace.hpp"
 
 namespace hotpath::tracing::running_system_test {
-namespace {
 
 constexpr std::size_t kMostEntities = 100;
 constexpr std::uint32_t kSource = 7, kSink = 8;  // processes
@@ -169,5 +168,4 @@ TEST_F(RunningSystem, LimitsTheMessagesOfAJob) {
   EXPECT_EQ(jobs[0].published.back().at, at(now - 1000));
 }
 
-}  // namespace
 }  // namespace hotpath::tracing::running_system_test
