@@ -5,7 +5,6 @@
 #include "watching.hpp"
 
 namespace hotpath::watch::absence_test {
-namespace {
 
 using testing::HasSubstr;
 using K = tracing::EventKind;
@@ -39,19 +38,6 @@ TEST_F(Watching, LimitsTheSamplesOfSeveralActivations) {
   until(30);
   EXPECT_THAT(term("space.sink/a", "minimum_distance_ms")["reason"],
               HasSubstr("got 3 samples within 15.500 ms, minimum distance 17.000 ms"));
-}
-
-TEST_F(Watching, SeesSilence) {
-  system.run(10, 1);
-  system.run(20, 1);
-  until(40);
-  EXPECT_EQ(incident(), "");
-  until(1000);
-  EXPECT_THAT(incident(),
-              HasSubstr("00:00:00.033 source (timer) got nothing for 980.000 ms, maximum distance"));
-  system.run(1010, 1);
-  until(1020);
-  EXPECT_EQ(verdict("source (timer)", "maximum_distance_ms"), "broken");
 }
 
 /// The sink's queue is long; its samples are at most 13 ms apart.
@@ -294,5 +280,4 @@ TEST_F(Faulty, MissesNoServiceThatDiscoveryMayNotHaveReached) {
 
 INSTANTIATE_TEST_SUITE_P(All, FaultyCase, testing::ValuesIn(kFaults));
 
-}  // namespace
 }  // namespace hotpath::watch::absence_test

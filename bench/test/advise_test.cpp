@@ -12,7 +12,6 @@
 #include "program/errors.hpp"
 
 namespace hotpath::advise_test {
-namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
@@ -166,5 +165,4 @@ TEST(ExecutorFiles, HaveTheServiceWaitOfThePrediction) {
   EXPECT_THAT(read_text_file((folder / "executor.yaml").string()), Not(HasSubstr("service_wait_ms")));
 }
 
-}  // namespace
 }  // namespace hotpath::advise_test

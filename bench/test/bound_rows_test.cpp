@@ -11,7 +11,6 @@
 #include "results/run_folder.hpp"
 
 namespace hotpath::bound_rows_test {
-namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
@@ -105,5 +104,4 @@ TEST_F(BoundRowsTest, ABoundIsViolatedByWhatExceedsIt) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::bound_rows_test

@@ -6,7 +6,6 @@
 
 #include "bounds/bounds.hpp"
 #include "bounds/exact_worst_cases.hpp"
-#include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
 #include "program/text.hpp"
@@ -14,7 +13,6 @@
 #include "random_graphs.hpp"
 #include "random_systems.hpp"
 #include "setup/deployed_system.hpp"
-#include "simulated/simulated_system.hpp"
 
 namespace hotpath::test {
 
@@ -28,29 +26,6 @@ SchedulerOptions scheduling(const Graph& graph) {
   SchedulerOptions options;
   options.service_wait = graph.service_wait;
   return options;
-}
-
-/// std::nullopt if the machine is overloaded; such a run is not compared with its bounds.
-std::optional<Trace> simulated(const Graph& graph, const GraphTasks& given,
-                               const setup::ExecutorSpec& executor, const ExecutionTimes& times,
-                               std::vector<ChainObservation>* observations, Duration duration = 2s) {
-  GraphTasks tasks = given;
-  tasks.set = with_releases(std::move(tasks.set), times);
-  GraphWorkload workload(graph, tasks, times, observations);
-  SimulationOptions options;
-  options.platform = make_platform(graph, *setup::parts(executor).front().entry);
-  options.duration = duration;
-  options.max_backlog = 1000;
-  const simulated::System system(executor, graph, tasks);
-  Trace trace;
-  TraceRecorder recorder(trace);
-  try {
-    options.deliveries = times.deliveries();
-    simulate(tasks.set, system.executors(), system.executor_of(), workload, options, &recorder);
-    return trace;
-  } catch (const SimulationError&) {
-    return std::nullopt;
-  }
 }
 
 /// A task, chain or hot path, by its number; and values in ns.
@@ -164,7 +139,7 @@ class BoundCase {
 
   void simulate(const GraphTasks& tasks, const ExecutionTimes& times, Duration duration) {
     std::vector<ChainObservation> observations;
-    const std::optional<Trace> run = simulated(graph_, tasks, executor_, times, &observations, duration);
+    const std::optional<Trace> run = simulated(graph_, tasks, executor_, times, duration, &observations);
     if (!run) return;
     const Trace& trace = *run;
     result_.jobs += trace.jobs.size();

@@ -7,7 +7,6 @@
 #include "watching.hpp"
 
 namespace hotpath::watch::chain_contract_test {
-namespace {
 
 using testing::HasSubstr;
 using K = tracing::EventKind;
@@ -31,32 +30,6 @@ TEST_F(Watching, MeasuresChains) {
   for (const auto& [of, names] : terms)
     for (const char* name : names) EXPECT_EQ(verdict(of, name), "held") << of << " " << name;
   EXPECT_EQ(incident(), "");
-}
-
-TEST(WatchingTwoSources, MeasuresTheAgeOfTheOldest) {
-  Observer observer(parse_contract("a contract", R"(
-callbacks:
-- {node: other, publishes: [{topic: b}]}
-- {node: source, topic: b, publishes: []}
-- {node: source, publishes: [{topic: a, with: [b]}]}
-- {node: space.sink, topic: a, publishes: []}
-chains:
-- {name: path, sources: [other (timer), source (timer)], sinks: [space.sink/a]}
-)"),
-                    nullptr);
-  WatchedSystem system;
-  system.add(K::node_init, 0, {5, 6}, {"other", "/"});
-  system.add(K::publisher_init, 0, {33, 5, 34, 1}, {"/b", ""});
-  system.create_timer(0, 30, 5'000'000, 5);
-  system.create_subscription(0, 50, 1, "/b");
-  system.add(K::callback_start, 5, {31});
-  system.add(K::rcl_publish, 6, {33, 99});
-  system.add(K::rmw_publish, 6, {34, 99, 100});
-  system.add(K::callback_end, 6, {31});
-  system.take(6, 100, 1, 51);
-  system.run(10, 1);
-  for (const tracing::Event& event : system.events) observer.event(event);
-  EXPECT_EQ(observer.chains()[0].age.max(), from_ms(7));
 }
 
 TEST(WatchingSeveralMessages, CountsThemUnlessTheContractAllowsThem) {
@@ -202,16 +175,4 @@ TEST_F(Watching, TakesASampleOfBeforeForNoStrangerAfterARestart) {
   EXPECT_EQ(incident(), "");
 }
 
-TEST_F(Watching, KeepsItsContractForManyJobs) {
-  for (int i = 1; i <= 20'000; ++i) {
-    system.run(10.0 * i, 1 + (i % 7) / 10.0);
-    until(10.0 * i + 5);
-    system.events.clear();
-    observed = 0;
-  }
-  EXPECT_EQ(incident(), "");
-  EXPECT_EQ(observer.chains()[0].hot_path.count(), 20'000U);
-}
-
-}  // namespace
 }  // namespace hotpath::watch::chain_contract_test

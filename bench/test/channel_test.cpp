@@ -8,10 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <optional>
-
 namespace hotpath::channel_test {
-namespace {
 
 using Kind = ChannelMessage::Kind;
 using ::testing::Eq;
@@ -65,14 +62,6 @@ TEST(Channel, ClosedEndIsNoticedAfterItsLastMessage) {
   EXPECT_FALSE(b.send(message(Kind::stop))) << "and no SIGPIPE";
 }
 
-TEST(Channel, DeathOfAProcessClosesItsEnd) {
-  const ForkedProcess child = fork_process([](const Channel&) { return pause(); });
-  ASSERT_GE(child.id, 0);
-  kill(child.id, SIGKILL);
-  EXPECT_EQ(child.channel.receive(soon())->kind, Kind::closed);
-  waitpid(child.id, nullptr, 0);
-}
-
 TEST(Channel, SignalEndsTheWaitWithoutClosingIt) {
   const auto [a, b] = Channel::make_pair();
   struct sigaction action {};
@@ -86,5 +75,4 @@ TEST(Channel, SignalEndsTheWaitWithoutClosingIt) {
   setitimer(ITIMER_REAL, &never, nullptr);
 }
 
-}  // namespace
 }  // namespace hotpath::channel_test

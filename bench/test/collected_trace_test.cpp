@@ -10,7 +10,6 @@
 #include "hotpath/reference_system/run_life.hpp"
 
 namespace hotpath::collected_trace_test {
-namespace {
 
 using std::chrono::hours;
 using std::chrono::milliseconds;
@@ -143,5 +142,4 @@ TEST(RunLife, EveryProcessRecordsWhatIsUnfinishedUntilTheEndOfTheRun) {
   EXPECT_THROW(closed_at(stop, end, false), CoordinatorGone) << "it keeps its writers until all are done";
 }
 
-}  // namespace
 }  // namespace hotpath::collected_trace_test

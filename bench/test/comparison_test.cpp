@@ -18,7 +18,6 @@
 #include "program/text.hpp"
 
 namespace hotpath::comparison::comparison_test {
-namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -158,21 +157,6 @@ TEST(Gate, JudgesSimulationsPairByPair) {
     const std::vector<Judgement> judged = judge(simulated(c.old), simulated(c.now, c.first), false);
     EXPECT_EQ(judged.size(), 3);
     for (const Judgement& j : judged) EXPECT_EQ(j.verdict(), c.verdict) << j.test.after;
-  }
-}
-
-TEST(Gate, OtherDrawsAreNoPair) {
-  Side old = simulated({10, 17, 12, 30, 22}), now = simulated({10.5, 17.85, 12.6, 31.5, 23.1});
-  const Draw draw{"worst", 1, 2, {{"A", Duration(5)}}};
-  old.draws[{"rm-ro", 3}] = now.draws[{"rm-ro", 3}] = draw;
-  now.draws[{"rm-ro", 3}].first_timestamps["B"] = Duration(7);  // that one side alone has
-  const auto pairing = [&] { return judge(old, now, false).front().pairing; };
-  EXPECT_EQ(pairing(), Pairing::exact);
-  for (const Draw& other :
-       {Draw{"uniform", 1, 2, {{"A", Duration(5)}}}, Draw{"worst", 2, 2, {{"A", Duration(5)}}},
-        Draw{"worst", 1, 3, {{"A", Duration(5)}}}, Draw{"worst", 1, 2, {{"A", Duration(6)}}}}) {
-    now.draws[{"rm-ro", 3}] = other;
-    EXPECT_EQ(pairing(), Pairing::independent);
   }
 }
 
@@ -318,5 +302,4 @@ TEST_F(Counters, NeedRepetitionsAndACommonName) {
       ThrowsMessage<program::UsageError>(HasSubstr("no counter in common")));
 }
 
-}  // namespace
 }  // namespace hotpath::comparison::comparison_test

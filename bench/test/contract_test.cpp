@@ -13,7 +13,6 @@
 #include "watching.hpp"
 
 namespace hotpath::watch::contract_test {
-namespace {
 
 using testing::HasSubstr;
 
@@ -353,5 +352,4 @@ TEST(ContractReading, RejectsWhatItDoesNotUnderstand) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::watch::contract_test

@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 
 namespace hotpath::delivery_orders_test {
-namespace {
 
 using testing::ElementsAre;
 using Kind = tracing::Endpoint::Kind;
@@ -56,19 +55,6 @@ TEST(DeliveryOrders, SubscribersAfterTheirPublisherAreReachedInTheOrderOfCreatio
     EXPECT_EQ(all.begin()->second.source, imports::DeliverySource::creation);
     EXPECT_THAT(all.begin()->second.subscriptions, ElementsAre(0, 1));
   }
-}
-
-/// libstdc++ puts a key into an empty bucket first, and reverses keys when the table grows from 1 to 13
-/// buckets, with the second reader. import_test.py has orders of real systems.
-TEST(DeliveryOrders, SubscribersBeforeTheirPublisherFollowTheTableOfReaders) {
-  Process process;
-  for (int i = 0; i < 3; ++i) process.subscription(0);
-  process.service();
-  process.publisher(0);
-  process.subscription(0);
-  const imports::RecordedDelivery delivery = process.deliveries().begin()->second;
-  EXPECT_EQ(delivery.source, imports::DeliverySource::ids);
-  EXPECT_THAT(delivery.subscriptions, ElementsAre(2, 0, 1, 3));
 }
 
 TEST(DeliveryOrders, AreUnknownIfSomeEndpointOrTheMiddlewareIs) {
@@ -127,5 +113,4 @@ TEST(DeliveryOrders, TheOrderOfStartsCountsWhereSamplesAreQueuedByArrival) {
   EXPECT_THAT(delivery_notes(process.system, deliveries), ElementsAre(testing::HasSubstr("/a (1 of 10)")));
 }
 
-}  // namespace
 }  // namespace hotpath::delivery_orders_test

@@ -8,7 +8,6 @@
 #include "graph_fixture.hpp"
 
 namespace hotpath::exact_worst_cases_test {
-namespace {
 
 using testing::HasSubstr;
 
@@ -44,16 +43,6 @@ TEST(ExactWorstCases, DataThatReturnsToItsChainDoesNotCount) {
   // In order of creation: S, A/t, D/u and E run in each period, then B/a and C.
   EXPECT_EQ(bounds.chains[1]->latency, 5'000'000);
   EXPECT_EQ(bounds.chains[2]->latency, 15'000'000);
-}
-
-/// A job is released at most 1 ms late; then the timer thread wakes up, and the executor's thread after it.
-TEST(ExactWorstCases, BothThreadsWakeUpForAJitteryRelease) {
-  const std::string timer =
-      "  - {name: S, type: sensor, period_ms: 10, release_jitter_ms: 1, execution_time_ms: 1}\n";
-  const std::string platform = "platform: {wake_up_us: 100, dispatch_cost_us: 0}\n";
-  const GraphBounds bounds = bounds_of(timer, platform);
-  ASSERT_EQ(bounds.refusal, std::nullopt);
-  EXPECT_EQ(bounds.tasks[0], 2'200'000);
 }
 
 /// The end of each timer's job wakes up the timer thread of `cbg`, which may then be late.
@@ -101,5 +90,4 @@ TEST(ExactWorstCases, EarlyPublicationsAreNotCovered) {
   EXPECT_THAT(bounds.refusal.value(), HasSubstr("callback A/t, which publishes before the end of its jobs"));
 }
 
-}  // namespace
 }  // namespace hotpath::exact_worst_cases_test

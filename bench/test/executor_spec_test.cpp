@@ -7,9 +7,7 @@
 #include "program/errors.hpp"
 
 namespace hotpath::executor_spec_test {
-namespace {
 
-using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
@@ -45,30 +43,27 @@ TEST(ExecutorSpec, VariantsPrevailOverTheDefaultsAndStandInTheLabel) {
   }
 }
 
-TEST(ExecutorSpec, MultiTakesItsNumberOfThreads) {
+TEST(ExecutorSpec, WhatThereIsNotIsRefusedWithWhatThereIs) {
+  const std::string most = std::to_string(kMaxWorkers), more = std::to_string(kMaxWorkers + 1);
   EXPECT_EQ(setup::parse_executor("multi:1", {}).scheduler.workers, 1U);
-  EXPECT_EQ(setup::parse_executor("multi:" + std::to_string(kMaxWorkers), {}).scheduler.workers, kMaxWorkers);
-  EXPECT_THAT(refusal("multi:0"), HasSubstr("between 1 and " + std::to_string(kMaxWorkers)));
-  EXPECT_THAT(refusal("multi:" + std::to_string(kMaxWorkers + 1)), HasSubstr("between 1 and"));
-  EXPECT_THAT(refusal("multi:-1"), HasSubstr("`-1`"));
-  EXPECT_THAT(refusal("multi:2x"), HasSubstr("`2x`"));
-}
-
-TEST(ExecutorSpec, UnknownNamesAreRefusedWithThoseThatThereAre) {
-  EXPECT_THAT(refusal("best"), AllOf(HasSubstr("no executor `best`"), HasSubstr("rm-ro"), HasSubstr("cbg")));
-  EXPECT_THAT(refusal("rm"), HasSubstr("no executor `rm`; did you mean `rm-ro` or `rm-re`?"));
-  EXPECT_THAT(refusal("edf-or"), HasSubstr("no executor `edf-or`; did you mean `edf-ro`?"));
-  EXPECT_THAT(refusal(""), HasSubstr("no executor ``"));
-  EXPECT_THAT(refusal(":first"), HasSubstr("no executor ``"));
-}
-
-TEST(ExecutorSpec, VariantsThatAnExecutorDoesNotHaveAreRefused) {
-  EXPECT_THAT(refusal("rm-ro:last"), AllOf(HasSubstr("`last`"), HasSubstr("inherit, first, lifo, fifo")));
-  EXPECT_THAT(refusal("rm-ro:"), HasSubstr("no variant ``"));
-  EXPECT_THAT(refusal("rm-ro:first:"), HasSubstr("no variant ``"));
-  EXPECT_THAT(refusal("rm-ro:4"), HasSubstr("`4`"));
-  EXPECT_THAT(refusal("default:first"), HasSubstr("`first`"));
-  EXPECT_THAT(refusal("events-ro:fifo"), HasSubstr("`fifo`"));
+  EXPECT_EQ(setup::parse_executor("multi:" + most, {}).scheduler.workers, kMaxWorkers);
+  for (const auto& [text, said] : std::vector<std::pair<std::string, std::vector<std::string>>>{
+           {"multi:0", {"between 1 and " + most}},
+           {"multi:" + more, {"between 1 and"}},
+           {"multi:-1", {"`-1`"}},
+           {"multi:2x", {"`2x`"}},
+           {"best", {"no executor `best`", "rm-ro", "cbg"}},
+           {"rm", {"no executor `rm`; did you mean `rm-ro` or `rm-re`?"}},
+           {"edf-or", {"no executor `edf-or`; did you mean `edf-ro`?"}},
+           {"", {"no executor ``"}},
+           {":first", {"no executor ``"}},
+           {"rm-ro:last", {"`last`", "inherit, first, lifo, fifo"}},
+           {"rm-ro:", {"no variant ``"}},
+           {"rm-ro:first:", {"no variant ``"}},
+           {"rm-ro:4", {"`4`"}},
+           {"default:first", {"`first`"}},
+           {"events-ro:fifo", {"`fifo`"}}})
+    for (const std::string& part : said) EXPECT_THAT(refusal(text), HasSubstr(part));
 }
 
 TEST(ExecutorSpec, ATimerThreadNeedsAPriorityAboveItsExecutor) {
@@ -97,11 +92,4 @@ TEST(ExecutorSpec, ThePaperComparesSevenExecutors) {
   EXPECT_THAT(setup::all_executor_names(), IsSupersetOf(setup::paper_executor_names()));
 }
 
-TEST(ExecutorSpec, EveryExecutorOfTheRegistryCanBeNamed) {
-  EXPECT_EQ(setup::all_executor_names().size(), executors().size());
-  for (const std::string& name : setup::all_executor_names())
-    EXPECT_EQ(setup::parse_executor(name, {}).entry->name, name);
-}
-
-}  // namespace
 }  // namespace hotpath::executor_spec_test

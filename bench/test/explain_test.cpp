@@ -3,8 +3,6 @@
 // known schedules have known causes.
 #include <gmock/gmock.h>
 
-#include <algorithm>
-
 #include "explained.hpp"
 #include "hotpath/reference_system/graph_chains.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
@@ -13,7 +11,6 @@
 #include "results/measures.hpp"
 
 namespace hotpath::explain::explain_test {
-namespace {
 
 using namespace std::chrono_literals;
 using testing::Contains;
@@ -110,25 +107,6 @@ void check_executors(const Graph& graph, Phases phases, Duration length, std::si
       // An overload under this executor.
     }
   }
-}
-
-TEST(Explain, CausesSumToTheLatencyUnderEveryExecutor) {
-  std::size_t graphs = 0, runs = 0;
-  for (const GraphListing& listing : list_graphs()) {
-    if (!listing.error.empty()) continue;
-    ++graphs;
-    for (const bool costs : {false, true}) {
-      for (const unsigned cores : {1U, 2U}) {
-        SCOPED_TRACE(costs ? "with costs" : "without costs");
-        Graph graph = load_graph(find_graph(listing.name));
-        if (costs) graph = with_costs(graph);
-        graph.platform.cores = cores;
-        ASSERT_NO_FATAL_FAILURE(check_executors(graph, phases_of(graph), 400ms, runs));
-      }
-    }
-  }
-  EXPECT_GT(graphs, 5U);
-  EXPECT_GT(runs, 300U);
 }
 
 TEST(Explain, CausesSumToTheLatencyInRandomGraphs) {
@@ -360,5 +338,4 @@ TEST(Explain, TheProcessorIsWithheld) {
                           part(Cause::running, 1ms)));
 }
 
-}  // namespace
 }  // namespace hotpath::explain::explain_test

@@ -5,7 +5,6 @@
 #include "explain/explain_report.hpp"
 
 namespace hotpath::explain::explain_totals_test {
-namespace {
 
 using namespace std::chrono_literals;
 using testing::Contains;
@@ -79,5 +78,4 @@ TEST(Comparisons, NameTheJobsThatOnePathAloneHas) {
                                      "On average, the path under b has 5.0 ms more of Lidar."}));
 }
 
-}  // namespace
 }  // namespace hotpath::explain::explain_totals_test

@@ -10,7 +10,6 @@
 #include "recorded.hpp"
 
 namespace hotpath::followed_schedule_test {
-namespace {
 
 using namespace std::chrono_literals;
 using testing::Contains;
@@ -198,5 +197,4 @@ TEST(ServiceOrder, EvidenceIsForTheSmallerTask) {
   EXPECT_EQ(callbacks(-5), (std::vector<std::uint32_t>{0, 1}));
 }
 
-}  // namespace
 }  // namespace hotpath::followed_schedule_test

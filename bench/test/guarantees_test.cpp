@@ -11,7 +11,6 @@
 #include "hotpath/reference_system/graph_workload.hpp"
 
 namespace hotpath::guarantees_test {
-namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
@@ -184,5 +183,4 @@ TEST(Guarantees, ADeploymentKeepsItsProcessorsAndPolicies) {
   EXPECT_THROW(thread(), InputError);
 }
 
-}  // namespace
 }  // namespace hotpath::guarantees_test

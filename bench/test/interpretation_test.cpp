@@ -2,7 +2,6 @@
 // The stages of an import, from events to a reproduction.
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <functional>
 #include <limits>
 #include <span>
@@ -12,7 +11,6 @@
 #include "import/stages.hpp"
 
 namespace hotpath::interpretation_test {
-namespace {
 
 using namespace std::chrono_literals;
 using K = tracing::EventKind;
@@ -141,27 +139,6 @@ class Stated : public Events {
   }
 };
 
-TEST(Import, FindsExecutorsAndTheirDeploymentWithoutFiles) {
-  const TwoThreads two;
-  const imports::Imported all = two.imported();
-  const imports::Reproduction& best = all.best;
-  EXPECT_EQ(best.graph.name, "two");
-  EXPECT_EQ(best.check.light, imports::Light::green) << best.check.reasons.front();
-  EXPECT_EQ(best.labels, (std::vector<std::string>{"default", "default"}));
-  ASSERT_TRUE(best.executor.deployment);
-  const Deployment& plan = best.executor.deployment->plan;
-  EXPECT_EQ(plan.executor_of, (std::vector<std::uint32_t>{0, 1}));
-  EXPECT_EQ(plan.executors[0].name, "thread_1");
-  EXPECT_EQ(imports::measured_delivery(best.costs).n, 98U) << "the first job of the thread shows no idleness";
-  EXPECT_EQ(best.graph.platform.measured_delivery, 50us);
-  EXPECT_EQ(plan.executors[1].processors, (std::vector<int>{1}));
-  EXPECT_FALSE(std::filesystem::exists(plan.file));
-  std::size_t relative = 0;
-  for (const JobRecord& r : best.trace.jobs)
-    relative += r.job.deadline == r.job.timestamp + 10ms && r.job.timestamp < Time{} + 1s;
-  EXPECT_EQ(relative, 99U) << "instants of the timer's jobs are relative to the epoch";
-}
-
 TEST(Import, CountsOutliersOfDelivery) {
   imports::RecordedCosts costs;
   costs.deliveries.assign(199, 10us);
@@ -209,5 +186,4 @@ TEST(Import, WithoutAKnownNameDecisionsDecide) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::interpretation_test

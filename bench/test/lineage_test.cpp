@@ -13,7 +13,6 @@
 #include "reference_nodes.hpp"
 
 namespace hotpath::explain::lineage_test {
-namespace {
 
 using namespace std::chrono_literals;
 
@@ -337,5 +336,4 @@ TEST(Lineage, ExplanationsFollowTheDataInRandomGraphs) {
   EXPECT_EQ(rules.size(), 4U);
 }
 
-}  // namespace
 }  // namespace hotpath::explain::lineage_test

@@ -13,7 +13,7 @@ from typing import Any
 
 from hotpath_command import CommandTest, ONE, RunFolder, children
 
-LISTENER = os.environ.get("TELEMETRY_LISTENER", "telemetry_listener")
+LISTENER = (os.environ.get("DDS_PARTNER", "dds_partner"), "listen")
 SHORT = ("--load", 20, "--duration", 1.2, "--warm-up", 0.3)
 
 
@@ -55,7 +55,7 @@ class LiveTest(CommandTest):
     def listen(self, *arguments: object) -> Any:
         """Starts a listener and waits until it is ready."""
         process: Any = subprocess.Popen(
-            [LISTENER, "--domain", str(self.domain), *map(str, arguments)], stdout=subprocess.PIPE, text=True
+            [*LISTENER, "--domain", str(self.domain), *map(str, arguments)], stdout=subprocess.PIPE, text=True
         )
         self.addCleanup(process.kill)
         self.assertEqual(json.loads(process.stdout.readline())["kind"], "ready")

@@ -8,14 +8,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <random>
 
 #include "hotpath/live/thread_setup.hpp"
 #include "machine/proc_files.hpp"
 
 namespace hotpath::machine_noise_test {
-namespace {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
@@ -101,15 +99,6 @@ TEST(MachineNoise, IsWarnedOfInWholeSentencesThatNameTheWorstCore) {
   for (const std::string& sentence : machine::warnings(noise)) EXPECT_EQ(sentence.back(), '.');
 }
 
-TEST(Machine, CarriesItsNoiseIntoEveryResult) {
-  const nlohmann::json stored = machine::read_machine(1ms);
-  EXPECT_EQ(stored.at("noise").at("hiccups").size(), allowed_cpus().size());
-  for (const char* key : {"turbo", "boot_parameters", "clock_source", "timer_slack_ns", "stolen_percent",
-                          "real_time_threads"}) {
-    EXPECT_TRUE(stored.contains(key)) << key;
-  }
-}
-
 TEST(Machine, CountsTimesOfTheProcessorsAskedForInClockTicks) {
   const std::string stat =
       "cpu  900 1 50 4000 7 2 3 133 0 0\ncpu0 400 1 20 2000 3 1 1 33 0 0\ncpu1 450 0 25 1500 2 1 1 97 0 0\n"
@@ -136,5 +125,4 @@ TEST(Machine, WarnsOfOtherRealTimeThreadsAndStolenTime) {
               ElementsAre(HasSubstr("taken 4.25 %"), HasSubstr("jackd (fifo:70) and 1 more")));
 }
 
-}  // namespace
 }  // namespace hotpath::machine_noise_test

@@ -1,21 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The memory limit, and the rejection of traces that would exceed it.
+// The memory limit.
 #include "program/memory_limit.hpp"
 
-#include <gmock/gmock.h>
-
+#include <gtest/gtest.h>
 #include <sys/resource.h>
 
 #include <fstream>
 #include <limits>
 
-#include "program/errors.hpp"
-
 namespace hotpath::memory_limit_test {
-namespace {
 
 namespace fs = std::filesystem;
-using testing::HasSubstr;
 
 constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
@@ -65,13 +60,4 @@ TEST(MemoryLimit, IsAtMostWhatUlimitAllows) {
   }
 }
 
-TEST(TraceMemory, IsRefusedWithTheSizeThatItWouldTake) {
-  EXPECT_NO_THROW(program::check_trace_memory(1e6, "--duration 1", "less"));
-  EXPECT_THAT(
-      [] { program::check_trace_memory(1e18, "--duration 9", "a shorter one"); },
-      testing::ThrowsMessage<program::UsageError>(testing::AllOf(
-          HasSubstr("--duration 9: the traces would take about 1e+09 GB"), HasSubstr("take a shorter one"))));
-}
-
-}  // namespace
 }  // namespace hotpath::memory_limit_test

@@ -3,7 +3,6 @@
 #include "watching.hpp"
 
 namespace hotpath::watch::observer_test {
-namespace {
 
 constexpr Duration kMs = std::chrono::milliseconds(1);
 
@@ -165,5 +164,4 @@ TEST_F(Observing, RecordsTheLastEventsWithTheirDescriptions) {
   EXPECT_EQ(again.callbacks()[0].response.max(), 2 * kMs);
 }
 
-}  // namespace
 }  // namespace hotpath::watch::observer_test

@@ -11,7 +11,6 @@
 #include "page/stored_jobs.hpp"
 
 namespace hotpath::page::page_data_test {
-namespace {
 
 using explain::Output;
 
@@ -71,5 +70,4 @@ TEST(ListedOutputs, OnlyTheWorstHaveTheirParts) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::page::page_data_test

@@ -10,10 +10,8 @@
 #include "reference_nodes.hpp"
 
 namespace hotpath::phase_search_test {
-namespace {
 
 using namespace std::chrono_literals;
-using testing::HasSubstr;
 
 TaskSet timers(const std::vector<Duration>& periods) {
   TaskSet set;
@@ -150,5 +148,4 @@ TEST_F(SearchOfGraph, GuaranteesNoMoreThanTheBestPhasesOfAGridAndDependsNotOnThr
   EXPECT_LT(score_of(one), values_at(start_).score.value);
 }
 
-}  // namespace
 }  // namespace hotpath::phase_search_test

@@ -7,7 +7,6 @@
 #include "recorded.hpp"
 
 namespace hotpath::publication_rules_test {
-namespace {
 
 using imports::InferredRule;
 using testing::ElementsAre;
@@ -72,5 +71,4 @@ TEST(PublicationRules, AnInputThatPublishesOtherTopicsIsInNoSet) {
   EXPECT_THAT(inferred("1d 0a 1d 0a 1d 0a"), ElementsAre(rule, rule));
 }
 
-}  // namespace
 }  // namespace hotpath::publication_rules_test

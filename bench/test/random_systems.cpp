@@ -6,9 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "hotpath/core/simulator.hpp"
+#include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/phases.hpp"
 #include "hotpath/reference_system/reference_node.hpp"
 #include "program/text.hpp"
+#include "simulated/simulated_system.hpp"
 
 namespace hotpath::test {
 
@@ -152,6 +155,28 @@ setup::ExecutorSpec random_deployment(Random& random, Graph& graph, GraphTasks& 
                                        : of_node[tasks.origin[id].node]);
   }
   return setup::deploy(std::move(plan), {});
+}
+
+std::optional<Trace> simulated(const Graph& graph, const GraphTasks& given,
+                               const setup::ExecutorSpec& executor, const ExecutionTimes& times,
+                               Duration duration, std::vector<ChainObservation>* observations) {
+  GraphTasks tasks = given;
+  tasks.set = with_releases(std::move(tasks.set), times);
+  GraphWorkload workload(graph, tasks, times, observations);
+  SimulationOptions options;
+  options.platform = make_platform(graph, *setup::parts(executor).front().entry);
+  options.duration = duration;
+  options.max_backlog = 1000;
+  options.deliveries = times.deliveries();
+  const simulated::System system(executor, graph, tasks);
+  Trace trace;
+  TraceRecorder recorder(trace);
+  try {
+    simulate(tasks.set, system.executors(), system.executor_of(), workload, options, &recorder);
+    return trace;
+  } catch (const SimulationError&) {
+    return std::nullopt;
+  }
 }
 
 std::string deployment_text(const setup::ExecutorSpec& executor, const TaskSet& set) {

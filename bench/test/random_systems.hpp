@@ -2,8 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "hotpath/core/workload.hpp"
+#include "hotpath/reference_system/chain_observation.hpp"
 #include "random_graphs.hpp"
 #include "setup/executor_spec.hpp"
 
@@ -25,6 +29,11 @@ Graph draw_lines(Random& random);
 /// A few executors, to which nodes or tasks belong at random, each with a priority and a processor, or of the
 /// ordinary scheduling class. Priorities may be equal; the machine has those costs that the method covers.
 setup::ExecutorSpec random_deployment(Random& random, Graph& graph, GraphTasks& tasks);
+
+/// A run of the system; std::nullopt if its machine is overloaded.
+std::optional<Trace> simulated(const Graph& graph, const GraphTasks& given,
+                               const setup::ExecutorSpec& executor, const ExecutionTimes& times,
+                               Duration duration, std::vector<ChainObservation>* observations);
 
 /// Where the tasks run, for the report of a counter-example.
 std::string deployment_text(const setup::ExecutorSpec& executor, const TaskSet& set);

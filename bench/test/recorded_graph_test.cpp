@@ -12,7 +12,6 @@
 #include "reference_nodes.hpp"
 
 namespace hotpath::recorded_graph_test {
-namespace {
 
 using namespace std::chrono_literals;
 using testing::AllOf;
@@ -254,5 +253,4 @@ TEST(ChainOption, BeginsAtTimersWhoseDataReachesTheSink) {
                 testing::ThrowsMessage<program::UsageError>(HasSubstr(error)));
 }
 
-}  // namespace
 }  // namespace hotpath::recorded_graph_test

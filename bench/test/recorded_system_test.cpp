@@ -10,7 +10,6 @@
 #include "recorded.hpp"
 
 namespace hotpath::recorded_system_test {
-namespace {
 
 using namespace std::chrono_literals;
 using K = tracing::CallbackKind;
@@ -150,5 +149,4 @@ TEST_F(ServiceCalls, WithoutAClientNobodyCalls) {
   EXPECT_EQ(callers_, std::set<std::uint32_t>{tracing::kNone});
 }
 
-}  // namespace
 }  // namespace hotpath::recorded_system_test

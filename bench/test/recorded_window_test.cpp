@@ -10,7 +10,6 @@
 #include "reference_nodes.hpp"
 
 namespace hotpath::recorded_window_test {
-namespace {
 
 using namespace std::chrono_literals;
 using testing::Each;
@@ -334,5 +333,4 @@ TEST_F(RecordedChains, AJoinUsesASampleOnce) {
   EXPECT_THAT(outputs(), ElementsAre(1, 0)) << "the second message has no data of the first timer";
 }
 
-}  // namespace
 }  // namespace hotpath::recorded_window_test

@@ -9,7 +9,6 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <map>
 
 #include "hotpath/reference_system/run_channel.hpp"
 #include "live/repetition_runner.hpp"
@@ -17,7 +16,6 @@
 #include "reference_nodes.hpp"
 
 namespace hotpath::repetition_test {
-namespace {
 
 using std::chrono::milliseconds;
 using ::testing::ElementsAre;
@@ -35,25 +33,6 @@ Graph idle_graph() {
   return g;
 }
 
-class RepetitionTest : public ::testing::Test {
- protected:
-  RepetitionTest() {
-    plan.graph = &graph;
-    plan.tasks = make_tasks(graph);
-    plan.tasks.set.tasks[1].phase = milliseconds(5);
-    plan.executor = setup::parse_executor("events-ro", {});
-    plan.transport = TransportKind::intra_process;
-    plan.length = milliseconds(200);
-    plan.calibration.divisions_per_us = 300;
-  }
-  live::Result run() {
-    return live::run_repetition(plan, [](Duration) {});
-  }
-
-  const Graph graph = idle_graph();
-  live::Plan plan;
-};
-
 TEST(AssignProcesses, NodesAreSharedOutInCreationOrderAndAsEvenlyAsPossible) {
   const Graph graph = idle_graph();
   EXPECT_THAT(live::assign_processes(graph, 1), ElementsAre(0, 0, 0, 0));
@@ -62,68 +41,21 @@ TEST(AssignProcesses, NodesAreSharedOutInCreationOrderAndAsEvenlyAsPossible) {
   EXPECT_THAT(live::assign_processes(graph, 4), ElementsAre(0, 1, 2, 3));
 }
 
-// design.md: timestamps reached = ran + skipped + queued + running, and samples matched likewise.
-TEST_F(RepetitionTest, EveryTimestampAndSampleIsAccountedFor) {
-  for (const ExecutorEntry& entry : executors()) {
-    if (entry.traits.policy == Policy::fp) continue;  // this graph gives no priorities
-    SCOPED_TRACE(entry.name);
-    plan.executor = setup::parse_executor(std::string(entry.name), {});
-    const live::Result result = run();
-    ASSERT_EQ(result.failure, "");
-    EXPECT_TRUE(result.measured);
-    EXPECT_FALSE(result.interrupted);
-    EXPECT_THAT(result.warnings, IsEmpty());
-    const Trace& trace = result.repetition.trace;
-    EXPECT_EQ(trace.end - trace.epoch, plan.length);
-    EXPECT_EQ(trace.lost_records, 0U);
-    for (const TaskAccount& account : result.repetition.accounts) {
-      EXPECT_EQ(account.accounted(), account.expected) << plan.tasks.set[account.task].name;
-    }
-    EXPECT_EQ(result.repetition.accounts[0].expected, 10U);
-    EXPECT_EQ(result.repetition.accounts[1].expected, 10U) << "5, 25, ..., 185 ms";
-  }
-}
-
-TEST_F(RepetitionTest, JobsStandInTheOrderInWhichTheyStartedAndCauseComesBeforeEffect) {
-  const live::Result result = run();
-  std::map<std::pair<TaskId, std::uint64_t>, const JobRecord*> started;
-  Time last{};
-  for (const JobRecord& r : result.repetition.trace.jobs) {
-    if (r.outcome != Outcome::ran) continue;
-    EXPECT_GE(r.start, last);
-    EXPECT_GE(r.start, r.job.release);
-    EXPECT_GE(r.job.release, r.job.timestamp);
-    last = r.start;
-    if (r.job.parent.task != kNoTask) {
-      const auto parent = started.find({r.job.parent.task, r.job.parent.sequence});
-      ASSERT_NE(parent, started.end());
-      EXPECT_GE(r.job.timestamp, parent->second->start);
-    }
-    started[{r.job.task, r.job.sequence}] = &r;
-  }
-  EXPECT_GT(started.size(), 0U);
-}
-
-TEST_F(RepetitionTest, EveryOutputOfTheChainHasItsRecordAndNoProcessIsLeft) {
-  const live::Result result = run();
-  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
-  EXPECT_EQ(errno, ECHILD);
-  const auto& accounts = result.repetition.accounts;
-  EXPECT_GT(accounts[3][Outcome::ran], 0U);
-  EXPECT_EQ(result.repetition.trace.chains.size(), accounts[3][Outcome::ran] + accounts[3][Outcome::running]);
-  for (const ChainRecord& r : result.repetition.trace.chains) {
-    EXPECT_GT(r.hot_path_latency.count(), 0);
-    EXPECT_TRUE(r.end_to_end_latency == Duration(-1) || r.end_to_end_latency >= r.hot_path_latency);
-  }
-}
-
-TEST_F(RepetitionTest, ProcessThatCannotBeSetUpIsAFailureOfThePlan) {
+TEST(Repetition, ProcessThatCannotBeSetUpIsAFailureOfThePlanAndIsNotLeft) {
+  const Graph graph = idle_graph();
+  live::Plan plan;
+  plan.graph = &graph;
+  plan.tasks = make_tasks(graph);
+  plan.executor = setup::parse_executor("events-ro", {});
+  plan.transport = TransportKind::intra_process;
   plan.cpus = {100000};
-  const live::Result result = run();
+  const live::Result result = live::run_repetition(plan, [](Duration) {});
   EXPECT_TRUE(result.setup_failed);
   EXPECT_FALSE(result.measured);
   EXPECT_THAT(result.failure, HasSubstr("100000"));
   EXPECT_THAT(result.repetition.trace.jobs, IsEmpty());
+  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
+  EXPECT_EQ(errno, ECHILD);
 }
 
 /// A process that maps one new file of /dev/shm and holds another open, until it is killed.
@@ -200,5 +132,4 @@ TEST(SharedMemoryWatch, RemovesWhatFastDdsMadeJustBeforeItsProcessDied) {
   EXPECT_FALSE(std::filesystem::exists(dead.lock_file()));
 }
 
-}  // namespace
 }  // namespace hotpath::repetition_test

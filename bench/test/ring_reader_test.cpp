@@ -14,7 +14,6 @@
 #include "watch/observer.hpp"
 
 namespace hotpath::watch::ring_reader_test {
-namespace {
 
 using sensor::EventKind;
 using sensor::kCapacity;
@@ -77,16 +76,6 @@ TEST_F(RingReading, GivesEventsWithTheirTexts) {
   EXPECT_EQ(reader.damaged(), 0U);
   EXPECT_EQ(ring->tail, 5U);
   EXPECT_TRUE(read().empty());
-}
-
-TEST_F(RingReading, GoesRoundTheRing) {
-  for (int round = 0; round < 5; ++round) {
-    for (std::uint64_t i = 0; i < kCapacity - 3; ++i) add(EventKind::callback_start, 1).number[0] = i;
-    const std::vector<Event> events = read();
-    ASSERT_EQ(events.size(), kCapacity - 3);
-    EXPECT_EQ(events.back().number[0], kCapacity - 4);
-  }
-  EXPECT_EQ(reader.damaged(), 0U);
 }
 
 TEST_F(RingReading, CountsDamageAndGoesOn) {
@@ -182,5 +171,4 @@ TEST(MappedRing, ReadsMemoryThatWasCutAsZeros) {
   shm_unlink(name.c_str());
 }
 
-}  // namespace
 }  // namespace hotpath::watch::ring_reader_test

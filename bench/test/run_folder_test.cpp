@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <fstream>
 #include <set>
 
 #include "graph_fixture.hpp"
@@ -16,11 +15,8 @@
 #include "results/run_record.hpp"
 
 namespace hotpath::run_folder_test {
-namespace {
 
 namespace fs = std::filesystem;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 using ::testing::UnorderedElementsAre;
 
 class RunFolderTest : public ::testing::Test {
@@ -36,15 +32,6 @@ class RunFolderTest : public ::testing::Test {
     for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename());
     return names;
   }
-  static std::string refusal(const fs::path& folder) {
-    try {
-      const results::RunFolder created(folder);
-    } catch (const program::UsageError& error) {
-      return error.what();
-    }
-    return "accepted";
-  }
-
   Trace trace(std::uint32_t repetition) const {
     Trace t;
     t.executor = "rm-ro";
@@ -82,20 +69,6 @@ TEST_F(RunFolderTest, RowsOfEveryRepetitionStandUnderOneHeader) {
                                                             "rm-ro,1,Lidar,timer,0,ran,5,5,5,7,,,0,,0,,\n");
   EXPECT_EQ(read_text_file(base_ / "run" / "chains.csv"),
             std::string(kChainsCsvHeader) + "\nrm-ro,1,hot_path,3,40,50,,,\n");
-}
-
-TEST_F(RunFolderTest, FolderThatHoldsARunIsRefusedAndLeftAlone) {
-  { results::RunFolder(base_ / "killed"); }
-  EXPECT_THAT(refusal(base_ / "killed"), AllOf(HasSubstr("holds files already"), HasSubstr("--output")));
-  results::RunFolder(base_ / "whole").finish();
-  EXPECT_THAT(refusal(base_ / "whole"), HasSubstr("holds files already"));
-  EXPECT_THAT(files(base_ / "whole"), UnorderedElementsAre("jobs.csv", "chains.csv"));
-  EXPECT_THAT(refusal(base_), HasSubstr("holds files already")) << "of somebody else";
-  std::filesystem::create_directory(base_ / "empty");
-  EXPECT_EQ(refusal(base_ / "empty"), "accepted");
-  std::ofstream(base_ / "file") << "text";
-  EXPECT_THAT(refusal(base_ / "file"), HasSubstr("cannot be created"));
-  EXPECT_THAT(refusal(base_ / "file" / "below"), AllOf(HasSubstr("Not a directory"), HasSubstr("--output")));
 }
 
 TEST_F(RunFolderTest, ARunThatWasInterruptedOrFailedIsNotComplete) {
@@ -137,17 +110,6 @@ class RunFolderOnAFullDisk : public RunFolderTest {
   rlimit before_{};
 };
 
-TEST_F(RunFolderOnAFullDisk, KeepsTheOldFileWhole) {
-  const results::RunFolder folder(base_ / "run");
-  folder.write("run.json", std::string("old"));
-  fill();
-  EXPECT_THAT(
-      [&] { folder.write("run.json", std::string(1000, 'x')); },
-      testing::ThrowsMessage<program::RunError>(AllOf(HasSubstr("run.json"), HasSubstr("File too large"))));
-  EXPECT_EQ(read_text_file(base_ / "run" / "run.json"), "old");
-  EXPECT_THAT(files(base_ / "run"), UnorderedElementsAre("jobs.csv.part", "chains.csv.part", "run.json"));
-}
-
 TEST_F(RunFolderOnAFullDisk, ARunWhoseRecordCannotBeWrittenIsNotComplete) {
   results::RunFolder folder(base_ / "run");
   results::RunRecord record;
@@ -157,15 +119,4 @@ TEST_F(RunFolderOnAFullDisk, ARunWhoseRecordCannotBeWrittenIsNotComplete) {
   EXPECT_THAT(files(base_ / "run"), UnorderedElementsAre("jobs.csv", "chains.csv", "summary.json"));
 }
 
-TEST_F(RunFolderOnAFullDisk, NeverNamesAFileThatIsCutOff) {
-  results::RunFolder folder(base_ / "run");
-  Trace many = trace(0);
-  many.jobs.resize(10000, many.jobs.front());
-  fill();
-  EXPECT_THROW(folder.append(set_, {}, many), program::RunError);
-  EXPECT_THROW(folder.finish(), program::RunError);
-  EXPECT_THAT(files(base_ / "run"), UnorderedElementsAre("jobs.csv.part", "chains.csv.part"));
-}
-
-}  // namespace
 }  // namespace hotpath::run_folder_test

@@ -8,7 +8,6 @@
 #include "results/summary.hpp"
 
 namespace hotpath::run_record_test {
-namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
@@ -134,5 +133,4 @@ TEST(RunRecord, ATimerWithoutAPeriodAndATaskOfNoKindAreRejected) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::run_record_test

@@ -15,7 +15,6 @@
 #include "setup/setup_facts.hpp"
 
 namespace hotpath::run_setup_test {
-namespace {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
@@ -142,5 +141,4 @@ TEST(RunSetup, TheRecordHasTheTightestBoundOfEachTimer) {
   EXPECT_TRUE(differ) << "the methods have different bounds";
 }
 
-}  // namespace
 }  // namespace hotpath::run_setup_test

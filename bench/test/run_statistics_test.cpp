@@ -6,7 +6,6 @@
 #include "reference_nodes.hpp"
 
 namespace hotpath::run_statistics_test {
-namespace {
 
 using std::chrono::milliseconds;
 
@@ -137,24 +136,6 @@ TEST_F(RunStatisticsTest, JobsOfTheWarmUpAndJobsThatOnlyStoreASampleCountButDoNo
   }
 }
 
-TEST_F(RunStatisticsTest, NumbersTheSamplesOfAChain) {
-  telemetry::RunStatistics statistics = make();
-  const ChainRecord record{0, 7, 2, milliseconds(3), milliseconds(4)};
-  const telemetry::ChainSample first = statistics.add(record, at(10)),
-                               second = statistics.add(record, at(11));
-  EXPECT_EQ(first.run_id(), "id");
-  EXPECT_EQ(first.number(), 0U);
-  EXPECT_EQ(first.job(), 7U);
-  EXPECT_EQ(first.stamp_ns(), kEpochNs + 10'000'000);
-  EXPECT_EQ(first.hot_path_latency_ns(), 3'000'000);
-  EXPECT_EQ(first.end_to_end_latency_ns(), 4'000'000);
-  EXPECT_EQ(second.number(), 1U);
-  const telemetry::Statistics s = statistics.take(at(20));
-  EXPECT_EQ(s.chains()[0].samples(), 2U);
-  EXPECT_EQ(s.chains()[0].dropped(), 4U);
-  EXPECT_EQ(s.chains()[0].latency_max_ns(), 3'000'000);
-}
-
 TEST(RunInfo, NamesNodesEdgesAndChainsOfTheGraph) {
   const telemetry::RunInfo info = telemetry::make_run_info(small_graph(), "rm-ro", 0, 0);
   EXPECT_EQ(info.graph(), "small");
@@ -177,5 +158,4 @@ TEST(RunInfo, NamesNodesEdgesAndChainsOfTheGraph) {
   EXPECT_EQ(info.chains()[0].sink(), 1U);
 }
 
-}  // namespace
 }  // namespace hotpath::run_statistics_test

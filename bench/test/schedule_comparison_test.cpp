@@ -7,7 +7,6 @@
 #include "simulated/own_times.hpp"
 
 namespace hotpath::schedule_comparison_test {
-namespace {
 
 using namespace std::chrono_literals;
 using testing::FieldsAre;
@@ -106,5 +105,4 @@ TEST(OwnCosts, AreTheGapsBeforeJobsThatWereDue) {
   EXPECT_EQ(simulated::own_costs(Trace{}, 1).dispatch, 0us);
 }
 
-}  // namespace
 }  // namespace hotpath::schedule_comparison_test

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 namespace hotpath::schedule_test {
-namespace {
 
 using namespace std::chrono_literals;
 
@@ -76,5 +75,4 @@ TEST(Schedule, GoldenJobsHaveTheTimestampOfTheirCallOrOfTheirNumber) {
   EXPECT_EQ(timestamp(2, true), 22ms);
 }
 
-}  // namespace
 }  // namespace hotpath::schedule_test

@@ -97,7 +97,7 @@ class SecondHost(CommandTest):
         discovery traffic and publishes there."""
         with tempfile.TemporaryFile() as log:
             stranger = subprocess.Popen(
-                [*inside(THERE), STRANGER, "--all-interfaces", "--topic", "FrontLidarDriver", "--spy"],
+                [*inside(THERE), *STRANGER, "--all-interfaces", "--topic", "FrontLidarDriver", "--spy"],
                 stdout=log, stderr=log,
             )  # fmt: skip
             try:

@@ -7,7 +7,6 @@
 #include "reference_nodes.hpp"
 
 namespace hotpath::self_check_test {
-namespace {
 
 using namespace std::chrono_literals;
 
@@ -88,5 +87,4 @@ TEST_F(SelfCheckTest, AMedianOfFewOutputsIsNotRed) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::self_check_test

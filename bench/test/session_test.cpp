@@ -16,7 +16,6 @@
 #include "hotpath/sensor/ring.hpp"
 
 namespace hotpath::watch::session_test {
-namespace {
 
 using tracing::Event;
 using tracing::EventKind;
@@ -88,5 +87,4 @@ TEST(Session, HoldsBackEventsThatMayHavePredecessors) {
   EXPECT_EQ(session.poll(now() + Session::kSettled).size(), 2U + 3U);
 }
 
-}  // namespace
 }  // namespace hotpath::watch::session_test

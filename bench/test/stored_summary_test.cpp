@@ -9,13 +9,11 @@
 #include <sstream>
 
 #include "graph_fixture.hpp"
-#include "hotpath/core/input_file.hpp"
 #include "program/errors.hpp"
 #include "results/perfetto.hpp"
 #include "results/run_folder.hpp"
 
 namespace hotpath::stored_summary_test {
-namespace {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
@@ -122,16 +120,6 @@ TEST_F(StoredSummaryTest, DropsCountOnceInEachRepetition) {
   EXPECT_EQ(summary.executors[0].chains[0].drops, 6U);
 }
 
-TEST_F(StoredSummaryTest, RowsOfARepetitionMustStandTogether) {
-  ran("default", 0, 1);
-  ran("default", 1, 2);
-  traces_.push_back(traces_.front());
-  const results::StoredRun stored = run();
-  EXPECT_THAT(
-      [&] { results::for_each_record(stored, [](const JobRow&) {}); },
-      ThrowsMessage<InputError>(HasSubstr("jobs.csv:4: rows of default, repetition 0, have ended before")));
-}
-
 TEST_F(StoredSummaryTest, MarksWhatTheKernelCountedInEachRepetition) {
   const auto usage = [&](std::uint32_t repetition, Duration stolen, Duration throttled, Duration others) {
     ran("default", repetition, 1).usage = {0ms, 0, 0, 0, stolen, throttled, others, 10s};
@@ -161,5 +149,4 @@ TEST_F(StoredSummaryTest, RefusesRepetitionsThatWereMeasuredAgain) {
                   testing::AllOf(HasSubstr("hotpath 0.9 measured again"), HasSubstr("measure it again"))));
 }
 
-}  // namespace
 }  // namespace hotpath::stored_summary_test

@@ -12,7 +12,6 @@
 #include "setup/setup_facts.hpp"
 
 namespace hotpath::stored_system_test {
-namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -98,5 +97,4 @@ TEST_F(StoredSystemTest, AGraphThatHasChangedSinceIsRejected) {
   EXPECT_THAT([&] { stored_with([](Task& t) { t.deadline -= 1ns; }); }, refused("a deadline"));
 }
 
-}  // namespace
 }  // namespace hotpath::stored_system_test

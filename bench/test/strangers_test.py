@@ -10,7 +10,7 @@ from typing import Any
 
 from hotpath_command import ONE, CommandTest
 
-STRANGER = os.environ.get("STRANGER", "stranger")
+STRANGER = (os.environ.get("DDS_PARTNER", "dds_partner"), "strange")
 DOMAIN = 100 + os.getpid() % 100
 PLAN = ("run", *ONE, "--load", 5, "--warm-up", 0, "--domain", DOMAIN, "--duration")
 RUN = (*PLAN, 2, "--output", "run")
@@ -19,7 +19,7 @@ RUN = (*PLAN, 2, "--output", "run")
 class Strangers(CommandTest):
     def strange(self, *arguments: object) -> Any:
         stranger: Any = subprocess.Popen(
-            [STRANGER, "--domain", str(DOMAIN), *map(str, arguments)],
+            [*STRANGER, "--domain", str(DOMAIN), *map(str, arguments)],
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             text=True,

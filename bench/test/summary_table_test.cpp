@@ -6,7 +6,6 @@
 #include <sstream>
 
 namespace hotpath::summary_table_test {
-namespace {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -191,5 +190,4 @@ TEST(Table, HasTheTimerWhosePeriodVariesMost) {
   EXPECT_THAT(plain(s), Not(HasSubstr("IMU")));
 }
 
-}  // namespace
 }  // namespace hotpath::summary_table_test

@@ -3,11 +3,9 @@
 
 #include <gmock/gmock.h>
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace hotpath::summary_test {
-namespace {
 
 using std::chrono::milliseconds;
 using testing::_;
@@ -213,27 +211,6 @@ TEST(Ratio, OnAnotherStackIsThatToItsDefault) {
   EXPECT_TRUE(nlohmann::json(s)["executors"][3]["chains"][0]["ratio_to_default"]["max"].is_null());
 }
 
-// As the reference-system measures the period of BehaviorPlanner: the distance between starts of consecutive
-// executed jobs.
-TEST(Periods, AreTheDistanceOfStartsSoThatASkippedTimestampShows) {
-  const results::ExecutorSummary s = summary_of_jobs(
-      {job(kPlanner, 3, 300, 310, 311), job(kPlanner, 0, 0, 4, 5), job(kPlanner, 1, 100, 110, 111)});
-  ASSERT_TRUE(s.tasks[kPlanner].period_ms);
-  EXPECT_EQ(s.tasks[kPlanner].period_ms->n, 2u);
-  EXPECT_DOUBLE_EQ(s.tasks[kPlanner].period_ms->min, 106);
-  EXPECT_DOUBLE_EQ(s.tasks[kPlanner].period_ms->max, 200);
-  ASSERT_TRUE(s.tasks[kPlanner].period_deviation_ms);
-  EXPECT_DOUBLE_EQ(s.tasks[kPlanner].period_deviation_ms->min, 6);
-  EXPECT_DOUBLE_EQ(s.tasks[kPlanner].period_deviation_ms->max, 100);
-  EXPECT_DOUBLE_EQ(s.tasks[kPlanner].period_range_ms(), 94);
-  EXPECT_EQ(s.tasks[kLidar].period_ms->n, 0u);
-  EXPECT_TRUE(std::isnan(s.tasks[kLidar].period_range_ms()));
-  EXPECT_FALSE(s.tasks[kPoints].period_ms) << "a subscription has no period";
-  const results::ExecutorSummary two = summary_of(
-      {repetition(0, {job(kPlanner, 0, 0, 4, 5)}), repetition(1, {job(kPlanner, 1, 100, 104, 105)})});
-  EXPECT_EQ(two.tasks[kPlanner].period_ms->n, 0u) << "none reaches into the next repetition";
-}
-
 TEST(Counts, FollowTheAccountsOfAllRepetitionsWithTheWarmUp) {
   std::vector<results::Repetition> repetitions;
   for (std::uint32_t number = 0; number < 2; ++number) {
@@ -348,5 +325,4 @@ TEST(SummaryJson, NamesUnitsInItsKeys) {
   EXPECT_EQ(executor.at("tasks").at(kLidar).at("response_ms").at("p50"), 2.0);
 }
 
-}  // namespace
 }  // namespace hotpath::summary_test

@@ -6,7 +6,6 @@
 #include "reference_nodes.hpp"
 
 namespace hotpath::swapped_arrivals_test {
-namespace {
 
 /// S is read by A, B and C.
 Graph three_readers() {
@@ -33,5 +32,4 @@ TEST(SwappedArrivals, ComparesNeighboursOfTheGraphsOrder) {
   EXPECT_EQ(results::swapped_arrivals(make_tasks(g), trace).size(), 2U);
 }
 
-}  // namespace
 }  // namespace hotpath::swapped_arrivals_test

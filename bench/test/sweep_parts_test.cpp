@@ -15,7 +15,6 @@
 #include "sweep/rows.hpp"
 
 namespace hotpath::sweep_parts_test {
-namespace {
 
 namespace fs = std::filesystem;
 using testing::ElementsAre;
@@ -150,28 +149,6 @@ TEST_F(SweepTest, NoDamageOfAJournalReachesTheTable) {
   EXPECT_GT(at_the_end, 3U);
 }
 
-TEST_F(SweepTest, TheTableIsInTheOrderOfCellsAndLinesNeedTheirChecksumAndTheirEnd) {
-  const sweep::Design d = design(kGrid);
-  const fs::path folder = folder_ / "out", file = folder / "cells.journal";
-  {
-    sweep::Journal journal(folder, d);
-    for (const std::uint64_t cell : {4, 1, 7}) journal.add(cell, program::concat(cell, ",\"a\"\n"));
-    journal.flush();
-  }
-  fs::resize_file(file, fs::file_size(file) - 1);
-  {
-    sweep::Journal journal(folder, d);
-    EXPECT_EQ(journal.done(), 2U);
-    EXPECT_EQ(journal.missing().size(), 34U);
-    journal.add(0, "zero\n");
-    journal.flush();
-    journal.write_table("header");
-  }
-  EXPECT_EQ(read_text_file(folder / "table.csv"), "header\nzero\n1,\"a\"\n4,\"a\"\n");
-  std::ofstream(file) << "[4,\"four\\n\"]\n";
-  EXPECT_EQ(sweep::Journal(folder, d).missing().size(), d.cells());
-}
-
 TEST_F(SweepTest, AJournalOfAnotherSweepOrFolderIsRefused) {
   const sweep::Design d = design(kGrid);
   sweep::Design other = d;
@@ -277,5 +254,4 @@ TEST(CapacityTest, EveryRepetitionMeetsEveryRequirement) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::sweep_parts_test

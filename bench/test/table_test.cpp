@@ -4,11 +4,9 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace hotpath::table_test {
-namespace {
 
 struct Row {
   std::string name;
@@ -60,5 +58,4 @@ TEST(TypedTable, IsWrittenAsMarkdown) {
             "| a,\"b\" | 1.23 | 1.23 | 7 | 1 |\n| &lt;c> |  |  | 0 | 0 |\n|  | 12 | 12.00 | 1 | 0 |\n");
 }
 
-}  // namespace
 }  // namespace hotpath::table_test

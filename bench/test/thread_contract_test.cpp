@@ -7,7 +7,6 @@
 #include "watching.hpp"
 
 namespace hotpath::watch::thread_contract_test {
-namespace {
 
 using testing::HasSubstr;
 
@@ -215,23 +214,4 @@ TEST(ThreadFactsOfProc, AreRead) {
   EXPECT_FALSE(parse_schedstat("100", facts));
 }
 
-TEST_F(Watching, LosesNothingOfAProcessThatHasEnded) {
-  constexpr std::uint32_t kOther = 8;
-  system.run(10, 1);
-  const std::size_t first = system.events.size();
-  system.add(tracing::EventKind::node_init, 12, {2, 4}, {"sink", "/space"});
-  system.add(tracing::EventKind::subscription_init, 12, {20, 2, 23, 2}, {"/a", ""});
-  system.run(20, 1);
-  system.add(tracing::EventKind::rmw_take, 22, {23, 98, system.stamp, 1});
-  for (std::size_t e = first; e < system.events.size(); ++e)
-    if (system.events[e].at == at_ms(12) || system.events[e].at == at_ms(22))
-      system.events[e].process = kOther;
-  observe();
-  observer.forget({kOther, 0});
-  for (int i = 3; i < 10; ++i) system.run(10 * i, 1);
-  until(100);
-  EXPECT_EQ(verdict("space.sink/a", "lost"), "held") << incident();
-}
-
-}  // namespace
 }  // namespace hotpath::watch::thread_contract_test

@@ -8,7 +8,6 @@
 #include "program/text.hpp"
 
 namespace hotpath::utilisation_test {
-namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -78,5 +77,4 @@ TEST(Utilisation, NamesTheKernelsRuleForRealTimeThreads) {
   EXPECT_THAT(of(graph_with(9.4, 0), "rm-re").warnings, IsEmpty());
 }
 
-}  // namespace
 }  // namespace hotpath::utilisation_test

@@ -5,15 +5,12 @@
 #include <algorithm>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
-#include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
 #include "import/hypothesis.hpp"
 #include "import/run_events.hpp"
@@ -21,7 +18,6 @@
 #include "properties.hpp"
 #include "random_systems.hpp"
 #include "reference_nodes.hpp"
-#include "simulated/simulated_system.hpp"
 #include "watch/observer.hpp"
 #include "watch/stated_contract.hpp"
 
@@ -124,20 +120,9 @@ class WatchedCase {
   /// False: the system is overloaded.
   bool simulate(const ExecutionTimes& times) {
     observations_.clear();
-    trace_ = {};
-    GraphWorkload workload(graph_, tasks_, times, &observations_);
-    SimulationOptions options;
-    options.platform = make_platform(graph_, *setup::parts(executor_).front().entry);
-    options.duration = kLength;
-    options.max_backlog = 1000;
-    const simulated::System system(executor_, graph_, tasks_);
-    TraceRecorder recorder(trace_);
-    try {
-      hotpath::simulate(tasks_.set, system.executors(), system.executor_of(), workload, options, &recorder);
-      return true;
-    } catch (const SimulationError&) {
-      return false;
-    }
+    std::optional<Trace> trace = simulated(graph_, tasks_, executor_, times, kLength, &observations_);
+    if (trace) trace_ = std::move(*trace);
+    return trace.has_value();
   }
 
   imports::ExportedRun exported() const {
