@@ -90,15 +90,6 @@ class AdvisePhases(CommandTest):
         self.assertIn("\nexecutor: rm-ro\nthreads: 1\ngraph: graph.yaml\n", options)
         self.assertIn("\nservice_wait_ms: 100\noffsets: phases.csv\n", options)
 
-    def test_priorities_come_with_a_graph_that_can_be_run(self) -> None:
-        _, advice = self.advise("--for pq:worst --repetitions 2 --duration 2")
-        names = {c["name"]: c for c in advice["candidates"]}
-        self.assertIn("fp-ro:chain", names)
-        if advice["recommended"] == "fp-ro:chain":
-            graph = self.folder / "advice" / "graph.yaml"
-            words = ("--executors", "fp-ro", "--phases", graph.with_name("phases.csv"), "--duration", 1)
-            self.measure("simulate", "--graph", graph, *words)
-
     def test_timers_alone_are_judged_by_lateness(self) -> None:
         timers, _, _ = GRAPH.partition("- {name: F,")
         self.graph.write_text(re.sub(", best_case_execution_time_ms: [0-9]+", "", timers))

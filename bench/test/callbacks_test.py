@@ -45,17 +45,6 @@ class Callbacks(CommandTest):
         ):
             self.rejected("graph", "callbacks", *words.split(), says=reason)
 
-    def test_simulate_and_what_reads_its_run(self) -> None:
-        words = "simulate --graph callbacks --executors all --duration 5 --warm-up 0"
-        run = self.measure(*words.split())
-        self.check(run)
-        summary = run.summary()
-        self.accepted("report", "--summary", run.path)
-        self.assertEqual(run.summary(), summary)
-        perfetto = self.folder / "trace.json"
-        self.accepted("export", "perfetto", run.path, "--executors", "rm-ro", "--output", perfetto)
-        self.assertIn("Localizer/points", perfetto.read_text())
-
     def test_measured_execution_times_are_drawn(self) -> None:
         words = "simulate --graph callbacks --executors rm-ro,edf-ro --duration 60 --seed 3"
         run = self.measure(*words.split(), "--execution-times", "measured")

@@ -117,14 +117,3 @@ class Deployments(CommandTest):
         self.check(run)
         policies = [e["policy"] for e in run.run["deployments"]["cie:threads"]["executors"]]
         self.assertEqual(policies, ["fifo:10"] + ["other"] * 23)
-
-    def test_entity_order(self) -> None:
-        order = self.folder / "order.txt"
-        order.write_text("RearLidarDriver\n\nNobody\n")
-        for wrong, says in ((order, "order.txt:3: "), ("sideways", "--entity-order")):
-            self.rejected("simulate", "--entity-order", wrong, "--output", "none", says=says)
-        order.write_text("RearLidarDriver\n")
-        words = "simulate --executors default --phases synchronous --duration 1 --warm-up 0 --entity-order"
-        for name, first in (("creation", "FrontLidarDriver"), (order, "RearLidarDriver")):
-            run = self.measure(*words.split(), name, output=f"run_{first}")
-            self.assertEqual(run.jobs()[("default", 0)][0].task, first)

@@ -70,15 +70,6 @@ class Explain(CommandTest):
         self.accepted("run", *options.split(), "--duration", 1, "--warm-up", 0, "--output", "live")
         self.check_outputs("live")
 
-    def test_an_output_of_a_fusion_is_the_job_that_completes_the_set(self) -> None:
-        run = self.field("fusion_sink", "--executors rm-ro --phases given")
-        self.assertEqual({row["sink_task"] for row in run.rows("chains.csv")}, {"F/t"})
-        one = self.explained("run", "--sequence", 1, "--hot-path")
-        path = [(job["task"], job["sequence"]) for job in one["path"]]
-        self.assertEqual(path, [("S", 2), ("T/s", 2), ("T/b", 1), ("F/t", 1)])
-        self.assertEqual(one["path"][-1]["start_ns"], 61_000_000)
-        self.assertEqual((one["causes_ns"]["join"], one["causes_ns"]["running"]), (17_000_000, 4_000_000))
-
     def test_the_instant_of_a_displacement(self) -> None:
         self.field("displaced", f"--deployments {FIELD}/displaced_deployment.yaml --phases given")
         parts = self.explained("run", "--sequence", 2, "--hot-path")["parts"]

@@ -38,11 +38,6 @@ class Judgements(FieldTest):
     def test_a_chain_from_a_subscription_that_only_stores(self) -> None:
         self.rejected("graph", FIELD / "chain_from_fusion.yaml", says="source F/a of chain c0 stores samples")
 
-    def test_levels_have_all_digits(self) -> None:
-        words = "--executors rm-ro --from 12.345678 --to 12.345679 --resolution 0.001 --repetitions 1 --duration 1"
-        self.accepted("capacity", *words.split(), "--output", "levels")
-        self.assertEqual(self.rows("levels/levels.csv")[0]["load"], "12.345678")
-
     def test_a_job_that_waits_past_its_deadline_is_a_miss(self) -> None:
         hog, starved = SENSOR.format("Hog", 10, "10, priority: 1"), SENSOR.format("S", 100, "1, priority: 2")
         (self.folder / "starved.yaml").write_text(graph_text(hog, starved))
@@ -58,14 +53,6 @@ class Judgements(FieldTest):
         rows = csv_rows(self.folder / "bounds.csv")
         return {(row["kind"], row["name"], "exact" in row["method"]): row for row in rows if row["bound_ns"]}
 
-    def test_services_come_behind_subscriptions(self) -> None:
-        bounds = self.bounds("services", "default")
-        for exact in (False, True):
-            self.assertGreaterEqual(int(bounds["task", "node/s", exact]["bound_ns"]), 61_000_000)
-        self.assertEqual(bounds["task", "node/s", True]["bound_ns"], "61000000")
-        self.assertEqual(bounds["hot_path", "call", True]["bound_ns"], "61300000")
-        self.assertEqual(bounds["chain", "call", True]["bound_ns"], "62300000")
-
     def test_a_value_that_hangs_on_delivery_stands_beside_the_one_with_delivery(self) -> None:
         row = self.bounds("delivery", "rm-ro")["hot_path", "c", True]
         self.assertEqual((row["bound_ns"], row["delivered_ns"]), ("5000000", "35000000"))
@@ -73,11 +60,6 @@ class Judgements(FieldTest):
         row = self.bounds("delivery", "rm-ro", "--platform", "delivery_delay_us=1")["hot_path", "c", True]
         self.assertEqual((row["bound_ns"], row["delivered_ns"]), ("35000000", ""))
         self.assertIn("delivery takes 1 us", row["rests_on"])
-
-    def test_both_generations_of_callback_groups(self) -> None:
-        for executor, ms in (("cbg:1", 1), ("cbg-3178:1", 21)):
-            bounds = self.bounds("two_timers_of_a_reentrant_group", executor)
-            self.assertEqual(int(bounds["hot_path", "c", True]["bound_ns"]), ms * 1_000_000)
 
     def test_chains_on_several_threads(self) -> None:
         for graph, executor, ms in (

@@ -91,6 +91,7 @@ class Experiments(SimulateTest):
                 self.assertEqual(a["chains"][0][latency], b["chains"][0][latency])
                 self.assertGreater(a["chains"][0][latency]["n"], 30)
             for task_a, task_b in zip(a["tasks"], b["tasks"], strict=True):
+                self.assertEqual(task_a["longest_wait_ms"], task_b["longest_wait_ms"])
                 for measure, keys in exact.items():
                     self.assertEqual(measure in task_a, measure in task_b, measure)
                     if measure not in task_a:
@@ -102,10 +103,10 @@ class Experiments(SimulateTest):
 
 
 class Timeline(SimulateTest):
-    def assert_chrome_trace(self, text: str) -> list[Any]:
+    def assert_chrome_trace(self, text: str) -> None:
         """Reads the object form of the Trace Event Format like an importer: events are sorted by
         `ts`, ties keep the order of the file, and the end of a flow binds to the latest slice of
-        its thread. Returns the flows."""
+        its thread."""
         trace = json.loads(text)
         self.assertEqual(set(trace), {"displayTimeUnit", "traceEvents"})
         keys = {
@@ -142,25 +143,6 @@ class Timeline(SimulateTest):
         self.assertEqual(set(begun), set(ended))
         for flow, end in ended.items():
             self.assertGreaterEqual(end["ts"], begun[flow]["ts"])
-        return [(begun[flow]["name"], ended[flow]["name"]) for flow in begun]
-
-    def test_perfetto_flows_follow_the_hot_path(self) -> None:
-        run = self.simulate(
-            "--executors", "rm-re,multi", "--cores", 2, "--execution-times", "uniform", *BRIEF
-        )
-        hot_path = {
-            ("RearLidarDriver", "PointsTransformerRear/RearLidarDriver"),
-            ("PointsTransformerRear/RearLidarDriver", "PointCloudFusion/PointsTransformerRear"),
-            ("RayGroundFilter/PointCloudFusion", "EuclideanClusterDetector/RayGroundFilter"),
-            ("EuclideanClusterDetector/RayGroundFilter", "ObjectCollisionEstimator/EuclideanClusterDetector"),
-        }
-        file = self.folder / "trace.json"
-        for executor in ("rm-re", "multi"):
-            for part in ((), ("--from", 500, "--to", 900)):
-                self.accepted(
-                    "export", "perfetto", run.path, "--executors", executor, *part, "--output", file
-                )
-                self.assertLessEqual(hot_path, set(self.assert_chrome_trace(file.read_text())))
 
     def test_perfetto_trace_has_every_job_and_the_flows_between_them(self) -> None:
         graph = self.write("chain.yaml", TINY_CHAIN % 4)
@@ -168,6 +150,7 @@ class Timeline(SimulateTest):
         file = self.folder / "trace.json"
         out = self.accepted("export", "perfetto", run.path, "--executors", "rm-re", "--output", file)
         self.assertEqual(out, f"{file}\n")
+        self.assert_chrome_trace(file.read_text())
         events = json.loads(file.read_text())["traceEvents"]
         slices = [e for e in events if e["ph"] == "X"]
         jobs = [j for j in run.jobs()[("rm-re", 0)] if j.outcome == "ran"]

@@ -60,12 +60,6 @@ class WatchTest(CommandTest):
         self.assertEqual(err, "done\n")
         self.assert_counts(reports[-1])
 
-    def test_prints_a_table(self) -> None:
-        out = self.accepted("watch", "--", TRACED_SYSTEM, 90, 3)
-        rows = {line.split("  ")[0]: line.split()[-7:] for line in out.splitlines()}
-        self.assertEqual(rows["/space/sink /a"][1:3], ["30", "60"])
-        self.assertEqual(rows["/source (timer 1 ms)"][1:3], ["90", "0"])
-
     def test_adds_the_sensor_to_other_preloaded_libraries(self) -> None:
         self.environment["LD_PRELOAD"] = os.environ["FAILING_CALLS"]
         _, err = self.watched("--once", "--", "sh", "-c", "echo $LD_PRELOAD")

@@ -133,9 +133,6 @@ class WholeProgram(CommandTest):
         self.check(folder, executors, repetitions=2)
         self.assertLessEqual({j.worker for j in folder.jobs()["multi:3", 0]} - {None}, {0, 1, 2})
 
-    def test_many_to_many_on_fastdds(self) -> None:
-        self.check(self.measure("run", *ONE, "--graph", "many_to_many", *SHORT))
-
     def test_timers_only_has_no_chain_and_no_figure(self) -> None:
         executors = ["default", "dm-ro"]
         folder = self.measure(
