@@ -11,6 +11,13 @@
 
 namespace hotpath::test::wait_set_test {
 
+/// The decision at the end of the wait, if one begins that has something to find.
+Decision decide(WaitSetScheduler& scheduler, Worker worker, Duration now) {
+  const Decision decision = scheduler.decide(worker, at(now));
+  const bool finds = !decision.job && decision.wake_at <= at(now);
+  return finds ? scheduler.decide(worker, at(now)) : decision;
+}
+
 TEST(SingleThreadedExecutors, SampleThatReplacesAReadyOneIsNotReleasedBeforeItsPublication) {
   for (const char* executor : {"default", "static"}) {
     TaskSet set;
@@ -47,6 +54,38 @@ TEST(MultiThreadedExecutor, AWaitFindsWhatArrivesBeforeItsEnd) {
   EXPECT_EQ(scheduler.decide(0, at(2ms)).job->task, first);
 }
 
+TEST(MultiThreadedExecutor, TheSleepingWorkerDecidesBeforeTheOneThatEndsAJob) {
+  TaskSet set;
+  const TaskId a = add_timer(set, 100ms, 0ms);
+  const TaskId subscription = add_subscription(set, {a}, 0ms);
+  WaitSetScheduler scheduler(set, 2U);
+  scheduler.begin(Time{});
+  const Job running = decide(scheduler, 0, 0ms).job.value();
+  EXPECT_FALSE(decide(scheduler, 1, 1ms).job);
+  EXPECT_EQ(scheduler.sample_arrived(subscription, {}, at(4ms)).wake, WorkerSet::of(1));
+  EXPECT_EQ(scheduler.finished(0, running, at(4ms)).wake, WorkerSet::of(1));
+  const Decision ending = decide(scheduler, 0, 4ms);
+  EXPECT_FALSE(ending.job);
+  EXPECT_TRUE(ending.blocked);
+  const Decision decision = decide(scheduler, 1, 5ms);
+  EXPECT_EQ(decision.job.value().task, subscription);
+  EXPECT_EQ(decision.wake, WorkerSet::of(0));
+}
+
+TEST(MultiThreadedExecutor, AWaitLeavesOutGroupsThatWereBusyAtItsBeginning) {
+  TaskSet set;
+  const TaskId a = add_timer(set, 100ms, 0ms);
+  const TaskId subscription = add_subscription(set, {a}, 0ms);
+  set.tasks[subscription].group = set.tasks[a].group;
+  WaitSetScheduler scheduler(set, 2U);
+  scheduler.begin(Time{});
+  const Job running = decide(scheduler, 0, 0ms).job.value();
+  EXPECT_FALSE(decide(scheduler, 1, 1ms).job);
+  EXPECT_TRUE(scheduler.sample_arrived(subscription, {}, at(2ms)).wake.empty());
+  scheduler.finished(0, running, at(3ms));
+  EXPECT_EQ(decide(scheduler, 1, 3ms).job.value().task, subscription);  // of a second wait
+}
+
 TEST(MultiThreadedExecutor, TheRemedyKeepsBlockedTasksAheadOfTasksFoundLater) {
   TaskSet set;
   const TaskId a = add_timer(set, 10ms, 0ms);
@@ -55,17 +94,11 @@ TEST(MultiThreadedExecutor, TheRemedyKeepsBlockedTasksAheadOfTasksFoundLater) {
   for (const Blocked blocked : {Blocked::forgotten, Blocked::kept}) {
     WaitSetScheduler scheduler(set, 2U, blocked);
     scheduler.begin(Time{});
-    /// At the end of the wait, if one begins that has something to find.
-    const auto decided = [&](Worker worker, Duration now) {
-      const Decision decision = scheduler.decide(worker, at(now));
-      return decision.job || decision.wake_at > at(now) ? decision.job
-                                                        : scheduler.decide(worker, at(now)).job;
-    };
-    const Job running = decided(0, 0ms).value();
+    const Job running = decide(scheduler, 0, 0ms).job.value();
     EXPECT_EQ(running.task, a);
-    EXPECT_FALSE(decided(1, 1ms));             // polls: b stays, or is forgotten
-    scheduler.finished(0, running, at(10ms));  // a is due again
-    EXPECT_EQ(decided(1, 10ms).value().task, blocked == Blocked::kept ? b : a);
+    EXPECT_FALSE(decide(scheduler, 1, 1ms).job);  // polls: b stays, or is forgotten
+    scheduler.finished(0, running, at(10ms));     // a is due again
+    EXPECT_EQ(decide(scheduler, 1, 10ms).job.value().task, blocked == Blocked::kept ? b : a);
   }
 }
 
