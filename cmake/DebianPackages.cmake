@@ -13,7 +13,7 @@ set(CPACK_DEBIAN_PACKAGE_MAINTAINER "hotpath maintainers <maintainers@hotpath.ex
 set(CPACK_DEBIAN_HOTPATH_PACKAGE_NAME hotpath)
 set(CPACK_DEBIAN_HOTPATH_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_HOTPATH_PACKAGE_DEPENDS
-  "python3-jinja2, python3-matplotlib, python3-numpy, python3-pandas, python3-tqdm, util-linux")
+  "python3-jinja2, python3-matplotlib, python3-numpy, python3-tqdm, util-linux")
 set(CPACK_DEBIAN_HOTPATH_PACKAGE_RECOMMENDS "graphviz")
 set(CPACK_COMPONENT_HOTPATH_DESCRIPTION "Latency of a robot's node graph under ROS executors
  Measures, simulates, bounds and explains how long data take along the hot

@@ -16,7 +16,7 @@ packages=(
   libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libboost-dev zlib1g-dev pkg-config
 )
 # munkres: else Debian's fonttools, of matplotlib, installs SciPy with the headers of Python and OpenBLAS.
-[ "${1:-}" = compile ] || packages+=(python3-matplotlib python3-munkres python3-pandas python3-jinja2 python3-tqdm)
+[ "${1:-}" = compile ] || packages+=(python3-matplotlib python3-munkres python3-jinja2 python3-tqdm)
 [[ "${1:-}" =~ ^(compile|first)$ ]] || packages+=(libbabeltrace2-dev libopenmpi-dev openmpi-bin graphviz)
 ros=(
   libroscpp-dev libstd-msgs-dev libdiagnostic-msgs-dev libgeometry-msgs-dev libros-rosgraph-msgs-dev libsensor-msgs-dev

@@ -71,13 +71,13 @@ def predicted(graph: Path, executor: str, recorded: Path) -> dict[str, Any]:
     """Recorded latencies, and those of the graph under the executor of the recorded run, with its phases."""
     words = ["simulate", "--graph", graph, "--executors", executor, "--phases", recorded / "run"]
     words += ["--duration", f"{Run(recorded / 'run').facts['duration_s'] - WARM_UP_S:.3f}"]
-    draws = []
-    for seed in range(1, DRAWS + 1):
-        run = recorded / f"draw-{seed}"
+    runs = [recorded / "run", *(recorded / f"draw-{seed}" for seed in range(1, DRAWS + 1))]
+    for seed, run in enumerate(runs[1:], 1):
         hotpath(*words, "--warm-up", WARM_UP_S, "--seed", seed, "--output", run)
-        draws.append(list(Run(run).latencies()["hot_path_ms"]))
-    of_recorded = Run(recorded / "run").latencies()["hot_path_ms"]
-    true = quantiles(list(of_recorded[round(WARM_UP_S / PERIOD_S) :]))
+    of_recorded, *draws = (
+        [ms for row in Run(run).samples("chains") for ms in row["hot_path_ms"]] for run in runs
+    )
+    true = quantiles(of_recorded[round(WARM_UP_S / PERIOD_S) :])
     made, each = quantiles(sum(draws, [])), [quantiles(draw) for draw in draws]
     return {
         "recorded_ms": true,

@@ -18,7 +18,7 @@ from pathlib import Path
 import jinja2
 
 from evidence import ROOT, parser
-from hotpath_report.tables import write_file
+from hotpath_report.files import write_file
 
 BLOCK = re.compile(r"(<!-- generated: (\w+) -->\n)(.*?)(<!-- end -->)", re.S)
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from hotpath_report import hotpath_command
 from hotpath_report.errors import InputError, RunError
-from hotpath_report.tables import make_folder, write_json
+from hotpath_report.files import make_folder, write_json
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from evidence import hotpath, parser, publish
-from hotpath_report.run import Run
+from hotpath_report.run import Run, samples_of
 from hotpath_report.statistics import median
 
 RESULT = "ros2/bars.json"
@@ -38,9 +38,8 @@ def hot_path(executor: dict[str, Any]) -> dict[str, Any]:
 
 def middle_worst(folder: Path, name: str) -> float:
     """Median of the repetitions' largest hot-path latencies, in ms."""
-    rows = Run(folder).latencies()
-    mine = rows[(rows["executor"].str.split("@").str[0] == name) & (rows["chain"] == "hot_path")]
-    return median(mine.groupby("repetition")["hot_path_ms"].max().tolist())
+    found = samples_of(Run(folder).samples("chains"), "hot_path_ms", exact=False)["hot_path"]
+    return next(of for executor, of in found.items() if executor.split("@")[0] == name).middle_worst()
 
 
 def cpu_per_callback(folder: Path) -> dict[str, float]:

@@ -151,9 +151,12 @@ void write(Advice& advice) {
       advice.stored.push_back(store_first_draw(*p->candidate, advice.options, advice.folder / name));
   }
   const bool chains = !advice.graph.chains.empty();
-  if (chains) write_latencies(advice.folder / "latencies.csv", advice.ranked, advice.objective.chain);
   const nlohmann::json content = advice;
-  program::write_whole_file(advice.folder / "advice.json", content);
+  nlohmann::json with_samples = content;
+  if (chains)
+    with_samples["latencies"] =
+        write_latencies(advice.folder / "latencies.csv", advice.ranked, advice.objective.chain);
+  program::write_whole_file(advice.folder / "advice.json", with_samples);
   write_text(std::cout, advice, content);
   if (advice.draws() > 0 && advice.draws() < advice.asked_draws()) {
     std::cout << "Only " << advice.draws() << " of " << advice.asked_draws() << " draws: "

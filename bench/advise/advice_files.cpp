@@ -126,7 +126,9 @@ std::string store_first_draw(const Candidate& candidate, const setup::CommonOpti
   return label;
 }
 
-void write_latencies(const fs::path& file, const std::vector<Prediction>& predictions, std::size_t chain) {
+results::SampleRows write_latencies(const fs::path& file, const std::vector<Prediction>& predictions,
+                                    std::size_t chain) {
+  results::SampleRows all;
   program::write_whole_file(file, [&](std::ostream& out) {
     out << kChainsCsvHeader << "\n";
     for (const Prediction& p : predictions) {
@@ -137,10 +139,16 @@ void write_latencies(const fs::path& file, const std::vector<Prediction>& predic
         trace.repetition = draw.trace.repetition;
         std::ranges::copy_if(draw.trace.chains, std::back_inserter(trace.chains),
                              [&](const ChainRecord& r) { return r.chain == chain; });
-        write_chains_csv(out, p.candidate->tasks.set, setup::chain_names(p.candidate->graph), trace);
+        const std::vector<std::string> names = setup::chain_names(p.candidate->graph);
+        write_chains_csv(out, p.candidate->tasks.set, names, trace);
+        if (trace.chains.empty()) continue;
+        all.push_back(
+            {{"name", names[chain]}, {"executor", trace.executor}, {"repetition", trace.repetition}});
+        for (const ChainRecord& output : trace.chains) results::add(all.back(), output);
       }
     }
   });
+  return all;
 }
 
 }  // namespace hotpath::advise

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "advise/prediction.hpp"
+#include "results/stored_summary.hpp"
 
 /// The files of an advice. The functions throw RunError if a file cannot be written.
 namespace hotpath::advise {
@@ -33,8 +34,8 @@ std::string installation(const std::filesystem::path& folder, const std::filesys
 std::string store_first_draw(const Candidate& candidate, const setup::CommonOptions& options,
                              const std::filesystem::path& folder);
 
-/// Writes the latencies of one chain in all draws, in the format of chains.csv.
-void write_latencies(const std::filesystem::path& file, const std::vector<Prediction>& predictions,
-                     std::size_t chain);
+/// Writes the latencies of one chain in all draws, in the format of chains.csv, and returns them.
+results::SampleRows write_latencies(const std::filesystem::path& file,
+                                    const std::vector<Prediction>& predictions, std::size_t chain);
 
 }  // namespace hotpath::advise

@@ -26,8 +26,8 @@ class Feed {
     const std::string what = asked.at(0);
     const json& first = asked.at(1);
     if (what == "page") return page::page_data(first);
-    if (what == "responses")
-      return results::responses(results::StoredRun(first.get<std::string>(), "report"));
+    if (what == "chains") return results::chain_samples({first.get<std::string>(), "report"});
+    if (what == "responses") return results::response_samples({first.get<std::string>(), "report"});
     if (what == "golden") return results::summarize_golden_trace(first.get<std::string>());
     if (what == "samples") {
       samples_.push_back(results::resampled(first, asked.at(2)));

@@ -119,7 +119,7 @@ class SweepCells {
 
   std::vector<std::string> columns() const { return with_place(0, "", no_results()).header; }
 
-  /// The rows of one cell, as CSV. A cell that overloads the system or fails has one row with the
+  /// The rows of one cell, as JSON. A cell that overloads the system or fails has one row with the
   /// reason. Throws UsageError if the command rejects its options, RunError after Ctrl-C.
   std::string rows_of(std::uint64_t cell) const {
     std::string place = program::concat(design_.file, ": cell ", cell), executor, failure;
@@ -144,7 +144,7 @@ class SweepCells {
     if (results.rows.empty() && program::interrupted() != 0)
       throw program::RunError("interrupted; the same command resumes the sweep");
     if (results.rows.empty()) results.rows.emplace_back(results.header.size()).front() = executor;
-    return program::csv_of(with_place(cell, failure, results).rows);
+    return columns_and_rows(with_place(cell, failure, results))["rows"].dump();
   }
 
  private:
@@ -330,7 +330,7 @@ class Sweep {
                                    folder_, "; the same command resumes the sweep\n");
       return;
     }
-    journal.write_table(program::joined(cells_.columns(), ","));
+    journal.write_table(cells_.columns());
     std::cout << "Table: " << (fs::path(folder_) / "table.csv").string() << "\n";
     if (design_.command != "analyze") program::draw_figure("sweep", folder_);
   }

@@ -53,7 +53,7 @@ def run(arguments: Sequence[str]) -> int:
     except (InputError, RunError) as error:
         code, sentence = EXIT_WRONG_USE if isinstance(error, InputError) else EXIT_FAILED, str(error)
     except ImportError as error:
-        needs = "Debian's python3-matplotlib, python3-pandas, python3-jinja2 and python3-tqdm"
+        needs = "Debian's python3-matplotlib, python3-jinja2 and python3-tqdm"
         code, sentence = EXIT_FAILED, f"{error}; it needs {needs}"
     except OSError as error:
         code, sentence = EXIT_FAILED, f"cannot write: {error}"

@@ -13,8 +13,8 @@ from typing import Any
 from markupsafe import Markup
 
 from hotpath_report.errors import InputError
+from hotpath_report.files import read_json, write_file
 from hotpath_report.statistics import median
-from hotpath_report.tables import read_json, write_file
 
 Key = tuple[str, str]  # benchmark and metric
 Spec = dict[str, Any]  # a table of bench.toml

@@ -20,8 +20,8 @@ from typing import Any
 from hotpath_report import hotpath_command
 from hotpath_report.bench_report import FILE, name_of, values_of, write
 from hotpath_report.errors import InputError, Interrupted, RunError, interruptible
+from hotpath_report.files import make_folder, read_json, write_json
 from hotpath_report.run import Run
-from hotpath_report.tables import make_folder, read_json, write_json
 
 HOT_PATH = "hot_path"  # no program, but `hotpath run`
 Rows = list[dict[str, Any]]  # of Google Benchmark's JSON

@@ -7,13 +7,11 @@ import shlex
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
-from hotpath_report.errors import READ, InputError
+from hotpath_report.errors import InputError
+from hotpath_report.files import Rows, read_json
 from hotpath_report.hotpath_command import ask
 from hotpath_report.shown_text import printable
-from hotpath_report.statistics import Samples
-from hotpath_report.tables import NS_PER_MS, read_json, read_table
+from hotpath_report.statistics import Samples, grouped
 
 SOURCES = ("simulated", "live")
 # How a live job spends its execution time, and why.
@@ -41,13 +39,12 @@ def cpu_list(cpus: list[int]) -> str:
     return ",".join(f"{cpus[0]}-{cpus[-1]}" if len(cpus) > 1 else str(cpus[0]) for cpus in ranges)
 
 
-def samples_by(frame: pd.DataFrame, keys: list[str], value: str) -> dict[Any, Samples]:
-    """Samples of each group of rows with equal keys, in order of first appearance, by the column
-    `repetition`; one key must be `source`."""
-    found = {}
-    for key, rows in frame.groupby(keys, sort=False):
-        of = (r[value].to_numpy() for _, r in rows.groupby("repetition", sort=False))
-        found[key] = Samples(of, exact=key[keys.index("source")] == "simulated")
+def samples_of(rows: Rows, value: str, exact: bool) -> dict[str, dict[str, Samples]]:
+    """{name: {executor: samples}} (ms) of rows as Run.samples() has them, without unknown values."""
+    found: dict[str, dict[str, Samples]] = {}
+    for (name, executor), of in grouped(rows, "name", "executor").items():
+        if samples := Samples(([ms for ms in row[value] if ms is not None] for row in of), exact):
+            found.setdefault(name, {})[executor] = samples
     return found
 
 
@@ -108,32 +105,12 @@ class Run:
             (e["executor"], r["repetition"], r["marks"]) for e in executors for r in e.get("disturbed", [])
         ]
 
-    def samples(self, frame: pd.DataFrame, name: str, value: str) -> dict[str, dict[str, Samples]]:
-        """{name: {executor: samples}}, in order of first appearance; `name` is a column."""
-        made: dict[str, dict[str, Samples]] = {}
-        keys = [name, "source", "executor"]
-        for (key, _, executor), samples in samples_by(frame.assign(source=self.source), keys, value).items():
-            made.setdefault(key, {})[executor] = samples
-        return made
-
-    def latencies(self) -> pd.DataFrame:
-        """Chain outputs after the warm-up: executor, repetition, chain, hot_path_ms, and age_ms, which is NaN
-        where a job at either end of the chain is unknown."""
-        columns, age = ["executor", "chain", "hot_path_latency_ns", "repetition"], "end_to_end_latency_ns"
-        frame = read_table(self.folder / "chains.csv", columns, [age])[[*columns, age]]
-        frame["hot_path_ms"] = frame.pop("hot_path_latency_ns") / NS_PER_MS
-        frame["age_ms"] = frame.pop(age) / NS_PER_MS
-        return frame
-
-    def responses(self) -> pd.DataFrame:
-        """Jobs that ran after the warm-up: executor, repetition, task, response_ms. Raises InputError without jobs."""
-        READ.append(self.folder / "jobs.csv")
-        found = ask("responses", str(self.folder))
-        none = pd.DataFrame(columns=["executor", "repetition", "task", "ns"])
-        frame = pd.concat([pd.DataFrame(of) for of in found["repetitions"]] or [none], ignore_index=True)
-        frame["task"] = frame["task"].map(dict(enumerate(map(printable, found["tasks"]))))
-        frame["response_ms"] = frame.pop("ns").astype(float) / NS_PER_MS
-        return frame.assign(executor=frame["executor"].map(printable))
+    def samples(self, of: str) -> Rows:
+        """Samples after the warm-up, by executor and repetition: of `chains` in the columns `hot_path_ms` and `age_ms`,
+        or the `responses` of tasks in `response_ms`. Raises InputError without them."""
+        rows = ask(of, str(self.folder))
+        rows = [row | {name: printable(row[name]) for name in ("name", "executor")} for row in rows]
+        return sorted(rows, key=lambda row: (self.executors.index(row["executor"]), row["repetition"]))
 
     def has_summary(self) -> bool:
         """Whether summary.json exists."""
@@ -151,21 +128,18 @@ class Run:
         """The executors of summary.json."""
         return list(self._summary["executors"])
 
-    @functools.cache
-    def timer_counts(self) -> pd.DataFrame:
+    def timer_counts(self) -> Rows:
         """Timers after the warm-up: executor, task, COUNTS, deadline_ms, response_max_ms, bound_ms."""
         bounds = {(b["executor"], b["task"]): b["ms"] for b in self.facts.get("bounds", [])}
-        rows = [
-            t
-            | t["after_warm_up"]
-            | {"executor": e["executor"], "bound_ms": bounds.get((e["executor"], t["task"]))}
-            | {"response_max_ms": (t.get("response_ms") or {}).get("max")}
+        return [
+            {"executor": e["executor"], "task": t["task"]}
+            | {count: t["after_warm_up"][count] for count in COUNTS}
+            | {"deadline_ms": t["deadline_ms"], "response_max_ms": (t.get("response_ms") or {}).get("max")}
+            | {"bound_ms": bounds.get((e["executor"], t["task"]))}
             for e in self.summary()
             for t in e["tasks"]
             if "after_warm_up" in t
         ]
-        columns = ["executor", "task", *COUNTS, "deadline_ms", "response_max_ms", "bound_ms"]
-        return pd.DataFrame(rows, columns=columns).astype({"response_max_ms": float})
 
     def command(self) -> str:
         """Command line that repeats the run; empty: imported, or an older version."""

@@ -6,7 +6,8 @@ a single exact repetition stays whole."""
 import bisect
 import functools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -90,6 +91,19 @@ class Samples:
         return median([r.max() for r in self.repetitions])
 
 
+def grouped(rows: Iterable[dict[str, Any]], *keys: str) -> dict[Any, list[dict[str, Any]]]:
+    """The rows by their values of the keys, in order of first appearance."""
+    found: dict[Any, list[dict[str, Any]]] = {}
+    for row in rows:
+        found.setdefault(itemgetter(*keys)(row), []).append(row)
+    return found
+
+
+def total(rows: Iterable[dict[str, Any]], *columns: str) -> list[int]:
+    """The sum of each column."""
+    return list(map(sum, zip(*map(itemgetter(*columns), rows))))
+
+
 def median(values: Iterable[float]) -> float:
     """Median without an interval."""
     return Samples([values], exact=True).quantile(0.5)
@@ -124,9 +138,3 @@ def rank_test(a: Samples, b: Samples) -> RankTest:
     """Whether the samples of `a` are smaller than those of `b`, and how often."""
     p_value, delta = ask("ranks", a.number, b.number)
     return RankTest(math.nan if p_value is None else p_value, estimate_of(delta))
-
-
-def fit_line(x: Sequence[float], y: Sequence[float], weights: Sequence[float]) -> tuple[float, float]:
-    """Slope and intercept of the weighted least-squares line; one single x: through the origin."""
-    slope, intercept = ask("line", x, y, weights)
-    return slope, intercept

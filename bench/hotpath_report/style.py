@@ -12,8 +12,8 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hotpath_report.files import make_folder, write_file
 from hotpath_report.hotpath_command import executor_named, registry
-from hotpath_report.tables import make_folder, write_file
 
 WIDTH = 9.2  # inches
 PNG_DPI = 150

@@ -89,6 +89,15 @@ nlohmann::json json_of(const Table& table) {
   return rows;
 }
 
+nlohmann::json columns_and_rows(const Table& table) {
+  nlohmann::json rows = nlohmann::json::array();
+  for (const std::vector<Value>& row : table.rows) {
+    nlohmann::json& cells = rows.emplace_back(nlohmann::json::array());
+    for (const Value& value : row) cells.push_back(value.data());
+  }
+  return {{"columns", table.header}, {"rows", rows}};
+}
+
 std::string markdown_of(const Table& table, const std::vector<std::size_t>& numbers) {
   std::vector<std::string> alignment(table.header.size(), "---");
   for (const std::size_t column : numbers) alignment[column] = "---:";

@@ -112,6 +112,9 @@ std::ostream& operator<<(std::ostream& out, const Table& table);
 /// An object for each row.
 [[nodiscard]] nlohmann::json json_of(const Table& table);
 
+/// {columns, rows}, each row with its cells.
+[[nodiscard]] nlohmann::json columns_and_rows(const Table& table);
+
 /// Markdown. `numbers`: the columns, from 0, that are aligned to the right and hold nothing to escape.
 [[nodiscard]] std::string markdown_of(const Table& table, const std::vector<std::size_t>& numbers);
 

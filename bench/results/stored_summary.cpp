@@ -83,6 +83,23 @@ class StoredSummary {
   std::map<std::pair<std::size_t, std::uint32_t>, std::map<std::string, std::uint64_t>> drops_;
 };
 
+/// Samples by repetition and name, in the order of their first ones.
+struct SampleTable {
+  /// Where those of a row belong.
+  nlohmann::json& of(const auto& row, const std::string& name) {
+    const std::string executor(row.executor);
+    const auto [at, added] = places.try_emplace({executor, row.repetition, name}, rows.size());
+    if (!added) return rows[at->second];
+    static_cast<void>(run.run(executor, row.repetition));  // throws: it did not run
+    rows.push_back({{"name", name}, {"executor", executor}, {"repetition", row.repetition}});
+    return rows.back();
+  }
+
+  const StoredRun& run;
+  SampleRows rows = {};
+  std::map<std::tuple<std::string, std::uint32_t, std::string>, std::size_t> places = {};
+};
+
 }  // namespace
 
 void for_each_record(const StoredRun& run, const std::function<void(const JobRow&)>& use) {
@@ -119,27 +136,27 @@ Summary summarize(const StoredRun& run, const SummaryOptions& options) {
   return summary;
 }
 
-nlohmann::json responses(const StoredRun& run) {
-  std::map<std::tuple<std::size_t, std::string, std::uint32_t>, nlohmann::json> all;  // by repetition
-  const RepetitionRecord* current = nullptr;
-  nlohmann::json* jobs = nullptr;  // of the current repetition
+SampleRows chain_samples(const StoredRun& run) {
+  SampleTable all{run};
+  run.for_each_chain(
+      [&](const ChainRow& row) { add(all.of(row, run.chains()[row.record.chain]), row.record); });
+  return std::move(all.rows);
+}
+
+SampleRows response_samples(const StoredRun& run) {
+  SampleTable all{run};
   for_each_record(run, [&](const JobRow& row) {
-    if (!is_of(row, current)) {
-      current = &run.run(std::string(row.executor), row.repetition);
-      jobs = &all[{place_of(run, row.executor), current->executor, current->repetition}];
-      *jobs = {{"executor", row.executor},
-               {"repetition", row.repetition},
-               {"task", nlohmann::json::array()},
-               {"ns", nlohmann::json::array()}};
-    }
     if (!counts(row.record, Time{} + run.warm_up())) return;
-    (*jobs)["task"].push_back(row.record.job.task);
-    (*jobs)["ns"].push_back(row.record.response_time().count());
+    nlohmann::json& samples = all.of(row, run.tasks()[row.record.job.task].name);
+    samples["response_ms"].push_back(to_ms(row.record.response_time()));
   });
-  nlohmann::json document = {{"tasks", nlohmann::json::array()}, {"repetitions", nlohmann::json::array()}};
-  for (const Task& task : run.tasks().tasks) document["tasks"].push_back(task.name);
-  for (auto& [repetition, of_jobs] : all) document["repetitions"].push_back(std::move(of_jobs));
-  return document;
+  return std::move(all.rows);
+}
+
+void add(nlohmann::json& samples, const ChainRecord& output) {
+  const auto age = output.latency(Latency::age);
+  samples["hot_path_ms"].push_back(to_ms(output.hot_path_latency));
+  samples["age_ms"].push_back(age ? nlohmann::json(to_ms(*age)) : nlohmann::json());
 }
 
 }  // namespace hotpath::results

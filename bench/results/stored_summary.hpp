@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <vector>
 
 #include "hotpath/core/trace_csv.hpp"
 #include "results/stored_run.hpp"
@@ -17,10 +18,15 @@ void for_each_record(const StoredRun& run, const std::function<void(const JobRow
 /// missing or not of one run, InputError for malformed files.
 [[nodiscard]] Summary summarize(const StoredRun& run, const SummaryOptions& options);
 
-/// {tasks, repetitions: [{executor, repetition, task, ns}]}: the response times of the counted jobs and
-/// the places of their tasks, in the order of run.json's executors, then by repetition, then in the order of
-/// jobs.csv. Throws like for_each_record(), and UsageError for a repetition that run.json lacks.
-[[nodiscard]] nlohmann::json responses(const StoredRun& run);
+/// Samples of a chain or task in a repetition, in the order of the file: {name, executor, repetition}, of a
+/// chain with `hot_path_ms` and `age_ms` (null: unknown), of a task with the `response_ms` of counted jobs.
+using SampleRows = std::vector<nlohmann::json>;
+/// Those of a run. Throw like StoredRun and for_each_record(), UsageError for a repetition that run.json
+/// lacks.
+[[nodiscard]] SampleRows chain_samples(const StoredRun& run);
+[[nodiscard]] SampleRows response_samples(const StoredRun& run);
+/// Adds an output of a chain.
+void add(nlohmann::json& samples, const ChainRecord& output);
 
 struct CheckedRun {
   std::uint64_t rows = 0;  ///< Rows of jobs.csv.

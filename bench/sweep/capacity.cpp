@@ -343,6 +343,9 @@ class CapacitySearch {
     const std::string page = markdown_of(found_, {1, 2, 3}) + "\n" + confidence() + "\n" + notes_;
     program::write_whole_file(folder / "capacity.md", page);
     program::write_whole_file(folder / "levels.csv", csv_of(levels_table_));
+    nlohmann::json document = columns_and_rows(levels_table_);
+    document.update({{"version", HOTPATH_VERSION}, {"over", over_}});
+    program::write_whole_file(folder / "capacity.json", document);
     program::show_json(json_of(levels_table_));
     program::draw_figure("capacity", folder);
     std::cout << "\nResults: " << folder.string() << "\n";

@@ -18,6 +18,7 @@
 #include "program/errors.hpp"
 #include "program/json_fields.hpp"
 #include "program/output_target.hpp"
+#include "program/table.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
 
@@ -186,11 +187,15 @@ void Journal::flush() {
   done_ = rows_.size();
 }
 
-void Journal::write_table(const std::string& header) const {
-  program::write_whole_file(folder_ / "table.csv", [&](std::ostream& out) {
-    out << header << "\n";
-    for (const auto& [cell, rows] : rows_) out << rows;
-  });
+void Journal::write_table(const std::vector<std::string>& columns) const {
+  program::Table table("", columns);
+  for (const auto& [cell, rows] : rows_) {
+    for (const json& row : json::parse(rows)) table.rows.emplace_back(row.begin(), row.end());
+  }
+  program::write_whole_file(folder_ / "table.csv", csv_of(table));
+  json facts = json::parse(read_text_file(folder_ / kFacts));
+  facts.update(columns_and_rows(table));
+  program::write_whole_file(folder_ / kFacts, facts.dump() + "\n");
 }
 
 }  // namespace hotpath::sweep

@@ -34,13 +34,13 @@ class Journal {
   /// Number of cells on disk.
   [[nodiscard]] std::size_t done() const { return done_; }
 
-  /// Stores a cell's rows. Throws RunError if they cannot be written; earlier cells stay.
+  /// Stores a cell's rows, as JSON. Throws RunError if they cannot be written; earlier cells stay.
   void add(std::uint64_t cell, const std::string& rows);
   /// Syncs all rows to disk.
   void flush();
 
-  /// Writes table.csv: the header, then the rows of all cells in the order of their numbers.
-  void write_table(const std::string& header) const;
+  /// Writes table.csv, and into sweep.json columns and rows: of all cells in the order of their numbers.
+  void write_table(const std::vector<std::string>& columns) const;
 
  private:
   /// The public constructor delegates to it, so that the destructor unlocks if it throws.

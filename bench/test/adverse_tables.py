@@ -230,8 +230,8 @@ run/run.json | report {d} {o} | hot-path {d}
 run/summary.json | report {d} {o}
 run/chains.csv | hot-path {d} | report {d} {o}
 bench/bench.json | bench-report {d}
-swept/table.csv | sweep {d}
-capacity/levels.csv | capacity {d}
+swept/sweep.json | sweep {d}
+capacity/capacity.json | capacity {d}
 advice/advice.json | advice {d}
 validation/validation.json | validate {d}
 """

@@ -136,8 +136,8 @@ def test_a_power_loss_of_the_python_package(shell: CommandTest) -> None:
     (shell.folder / "disk").mkdir()
     shell.environment["PYTHONPATH"] = str(BENCH)
     code = (
-        "import sys, pathlib; from hotpath_report import tables; f = pathlib.Path(sys.argv[1]);"
-        "tables.make_folder(f / 'a' / 'b'); tables.write_file(f / 'a' / 'b' / 'page', 'text');"
-        "tables.write_json(f / 'a' / 'facts', {'a': 1})"
+        "import sys, pathlib; from hotpath_report import files; f = pathlib.Path(sys.argv[1]);"
+        "files.make_folder(f / 'a' / 'b'); files.write_file(f / 'a' / 'b' / 'page', 'text');"
+        "files.write_json(f / 'a' / 'facts', {'a': 1})"
     )
     assert_survives(shell, ["-B", "-c", code, shell.folder / "disk"], sys.executable)

@@ -103,9 +103,9 @@ TEST_F(SweepTest, WhatIsWrongWithAFileIsSaidWithItsLine) {
 std::pair<std::string, std::size_t> finished(sweep::Journal& journal) {
   const std::vector<std::uint64_t> missing = journal.missing();
   for (const std::uint64_t cell : missing)
-    journal.add(cell, program::concat("rows \"of\" ", cell * cell, "\n"));
+    journal.add(cell, program::concat("[[\"rows of ", cell * cell, "\"]]"));
   journal.flush();
-  journal.write_table("header");
+  journal.write_table({"header"});
   return {read_text_file(journal.folder() / "table.csv"), missing.size()};
 }
 

@@ -169,7 +169,9 @@ class Capacities(SweepTest):
     def capacity(self, *arguments: object) -> tuple[Any, list[Any]]:
         words = ["capacity", "--duration", "2", "--repetitions", "3", "--output", "capacity", *arguments]
         out = self.accepted(*words)
-        return out, csv_rows(self.folder / "capacity" / "levels.csv")
+        rows = csv_rows(self.folder / "capacity" / "levels.csv")
+        self.assertEqual(len(document(self.folder / "capacity" / "capacity.json")["rows"]), len(rows))
+        return out, rows
 
     def test_rm_ro_carries_what_the_analysis_accepts(self) -> None:
         out, levels = self.capacity("--graph", "timers_only_80", "--executors", "rm-ro", "--from", 40)

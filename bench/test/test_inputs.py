@@ -39,7 +39,6 @@ RUNS = {
     "timers": "--graph timers_only_60 --executors default,rm-ro --phases synchronous",
     "tiny": "--graph tiny.yaml --executors default,rm-ro",
 }
-LEVELS = "executor,source,load,holds,capacity,why\nrm-ro,simulated,20,1,1,\nrm-ro,simulated,40,0,0,losses\n"
 MEASURED = {
     "name": "push_pop/std::priority_queue/ready/100",
     "real_time": 50,
@@ -88,7 +87,6 @@ def make_inputs(hotpath: Any) -> Any:
         "times.csv": "execution_time_ms\n4.2\n4.5\n",
         "golden.csv": "".join(GOLDEN.read_text().splitlines(keepends=True)[:GOLDEN_LINES]),
         "sweep.yaml": SWEEP,
-        "capacity/levels.csv": LEVELS,
         "bench/bench.json": json.dumps(
             {
                 "context": {"complete": True, "date": "today", "repetitions": 3, "machine": Report.MACHINE},
@@ -104,6 +102,19 @@ def make_inputs(hotpath: Any) -> Any:
     call(hotpath, folder, "export", "ctf", "autoware", "--output", "exported")
     (folder / "cie.yaml").write_text(call(hotpath, folder, "graph", "autoware", "--as", "cie"))
     call(hotpath, folder, "sweep", "sweep.yaml", "--output", "swept")
+    call(
+        hotpath,
+        folder,
+        "capacity",
+        "--executors",
+        "rm-ro",
+        "--duration",
+        1,
+        "--resolution",
+        20,
+        "--output",
+        "capacity",
+    )
     brief = ("--repetitions", 1, "--duration", 1)
     call(hotpath, folder, "advise", "sequences", "--output", "advice", *brief)
     call(hotpath, folder, "paper", "golden", "--output", "validation")

@@ -2,13 +2,16 @@
 """Responses relative to their bounds, reductions of end-to-end bounds on WATERS task sets (the paper's Section VII-B),
 and the cost of a release."""
 
+from typing import Any
+
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hotpath_report import style
-from hotpath_report.statistics import fit_line
+from hotpath_report.files import Rows
+from hotpath_report.hotpath_command import ask
+from hotpath_report.statistics import grouped
 from hotpath_report.style import FAINT, INK, SERIES
 
 PAPER = "brueggen_davare"
@@ -21,6 +24,11 @@ METHODS = {
 BINS_PER_STEP = 4  # outlines on the paper's narrow bins would hide the shape
 
 
+def column(rows: Rows, name: str) -> list[Any]:
+    """The values of a column."""
+    return [row[name] for row in rows]
+
+
 def mark(source: str, executor: str) -> dict[str, str]:
     """An open square for simulated values, a dot for live values."""
     colour = style.colour_of(executor)
@@ -28,52 +36,54 @@ def mark(source: str, executor: str) -> dict[str, str]:
     return {"marker": marker, "color": colour, "markerfacecolor": fill, "linestyle": ""}
 
 
-def tightness(table: pd.DataFrame) -> Figure:
+def tightness(table: Rows) -> Figure:
     """Worst responses in % of their bounds: source, setting, executor, task, share_percent."""
-    settings, executors = sorted(table["utilisation_percent"].unique()), list(table["executor"].unique())
+    of_setting, executors = grouped(table, "utilisation_percent"), list(grouped(table, "executor"))
+    settings = sorted(of_setting)
     figure, panels = style.new_figure(3.3, 1, len(settings), share_y=True)
     for axes, setting in zip(panels, settings):
-        here = table[table["utilisation_percent"] == setting]
-        tasks = list(here["task"].unique())
-        for (source, executor), rows in here.groupby(["source", "executor"], sort=False):
+        tasks = list(grouped(of_setting[setting], "task"))
+        for (source, executor), rows in grouped(of_setting[setting], "source", "executor").items():
             shift = 0.28 * (executors.index(executor) - (len(executors) - 1) / 2)
-            places = np.array([tasks.index(task) for task in rows["task"]]) + shift
-            axes.plot(rows["share_percent"], places, markersize=6, zorder=3, **mark(source, executor))
+            places = [tasks.index(task) + shift for task in column(rows, "task")]
+            axes.plot(column(rows, "share_percent"), places, markersize=6, zorder=3, **mark(source, executor))
         axes.axvline(100, color=INK, linewidth=1.3, linestyle=style.DASHED)
         look = {"title": f"{setting} % set", "xlabel": "worst response (% of its bound)"}
         style.rows_of_labels(axes, tasks, xlim=(0, max(108, axes.get_xlim()[1])), **look)
-    pairs = table[["source", "executor"]].drop_duplicates().itertuples(index=False)
+    pairs = grouped(table, "source", "executor")
     handles = [style.dot(f"{executor}, {source}", **mark(source, executor)) for source, executor in pairs]
     style.add_key(figure, handles, 4)
     return figure
 
 
-def draw_methods(axes: Axes, bins: pd.DataFrame) -> None:
+def draw_methods(axes: Axes, bins: Rows) -> None:
     """Draws the paper's method filled and tighter methods as outlines."""
+    of_method = grouped(bins, "method")
     for (method, name), colour in zip(METHODS.items(), SERIES):
-        rows = bins[bins["method"] == method]
-        if rows.empty:
+        if method not in of_method:
             continue
-        edges, chains = [*rows["low_percent"], rows["high_percent"].iloc[-1]], rows["chains"].to_numpy()
+        rows = of_method[method]
+        edges, chains = [*column(rows, "low_percent"), rows[-1]["high_percent"]], column(rows, "chains")
         if method == PAPER:
             axes.stairs(chains, edges, fill=True, color=colour, alpha=0.75, label=name, zorder=2)
         else:
             starts = range(0, len(chains), BINS_PER_STEP)
-            coarse = [chains[start : start + BINS_PER_STEP].mean() for start in starts]
+            coarse = [np.mean(chains[start : start + BINS_PER_STEP]) for start in starts]
             steps = np.linspace(edges[0], edges[-1], len(coarse) + 1)
             axes.stairs(coarse, steps, color=colour, linewidth=1.2, label=name, zorder=3)
     axes.axvline(0, color=INK, linewidth=0.9)
     axes.set(xlim=(-15, 105), ylabel="chains")
 
 
-def reductions(histogram: pd.DataFrame, summary: pd.DataFrame) -> Figure:
+def reductions(histogram: Rows, summary: Rows) -> Figure:
     """Histograms of reductions: a panel per utilisation."""
-    utilisations = sorted(histogram["utilisation"].unique())
+    bins = grouped(histogram, "utilisation")
+    utilisations = sorted(bins)
     figure, panels = style.new_figure(2.3, len(utilisations))
     for axes, utilisation in zip(panels, utilisations):
-        draw_methods(axes, histogram[histogram["utilisation"] == utilisation])
+        draw_methods(axes, bins[utilisation])
         axes.set_title(f"utilisation {100 * utilisation:.0f} %")
-        facts = summary[(summary["utilisation"] == utilisation) & (summary["method"] == PAPER)].iloc[0]
+        (facts,) = grouped(summary, "utilisation", "method")[utilisation, PAPER]
         text = f"{facts['chains']} chains of {facts['schedulable']} of {facts['sets']} sets\n"
         text += f"median {facts['median']:.1f} %, maximum {facts['max']:.1f} %"
         axes.text(0.995, 0.95, text, transform=axes.transAxes, ha="right", va="top", fontsize=9)
@@ -82,19 +92,21 @@ def reductions(histogram: pd.DataFrame, summary: pd.DataFrame) -> Figure:
     return figure
 
 
-def fit_release_cost(table: pd.DataFrame) -> tuple[float, float]:
+def fit_release_cost(table: Rows) -> tuple[float, float]:
     """(delta, k) in ns: weighted least-squares fit of the median pass over released timers."""
-    return fit_line(*(table[column].to_list() for column in ("timers", "p50_ns", "passes")))
+    delta, constant = ask("line", *(column(table, name) for name in ("timers", "p50_ns", "passes")))
+    return delta, constant
 
 
-def release_cost(table: pd.DataFrame, colour: str) -> Figure:
+def release_cost(table: Rows, colour: str) -> Figure:
     """Length of a releaser pass over the number of timers released."""
     figure, (axes,) = style.new_figure(3.2)
     delta, constant = fit_release_cost(table)
     hollow = {"color": FAINT, "markerfacecolor": "none"}
-    axes.plot(table["timers"], table["p99_ns"], "s", label="99th percentile", **hollow)
-    axes.plot(table["timers"], table["p50_ns"], "o", color=colour, label="median")
-    ends = [0.0, float(table["timers"].max())]
+    timers = column(table, "timers")
+    axes.plot(timers, column(table, "p99_ns"), "s", label="99th percentile", **hollow)
+    axes.plot(timers, column(table, "p50_ns"), "o", color=colour, label="median")
+    ends = [0.0, float(max(timers))]
     label = f"k + n δ: k = {constant:.0f} ns, δ = {delta:.0f} ns"
     axes.plot(ends, [constant + delta * x for x in ends], color=colour, linewidth=1, label=label)
     axes.set(xlabel="timers released in one pass", ylabel="length of the pass (ns)")

@@ -13,7 +13,7 @@ from hotpath_report import style
 from hotpath_report.errors import InputError
 from hotpath_report.figures import violins
 from hotpath_report.figures.violins import Drawing, Row
-from hotpath_report.run import SOURCES, Run
+from hotpath_report.run import SOURCES, Run, samples_of
 from hotpath_report.statistics import Samples
 from hotpath_report.style import INK
 
@@ -68,12 +68,12 @@ def rows_of_runs(frames: Sequence[dict[str, Samples]], runs: Sequence[Run]) -> l
 def draw_run(folder: str) -> None:
     """Writes hot_path.svg and .png into a run folder. Raises InputError."""
     run = Run(folder)
-    frame = run.latencies()
-    if frame.empty:
+    outputs = run.samples("chains")
+    if not outputs:
         why = "the run was shorter than its warm-up, or its graph declares no chain"
         raise InputError(f"{run.folder / 'chains.csv'}: no rows; {why}")
-    aged = not frame["age_ms"].isna().any()
-    latencies = run.samples(frame, "chain", "age_ms" if aged else "hot_path_ms")
+    aged = all(None not in row["age_ms"] for row in outputs)
+    latencies = samples_of(outputs, "age_ms" if aged else "hot_path_ms", run.simulated)
     rows = {chain: with_ratios(rows_of_runs([of], [run])) for chain, of in latencies.items()}
     first = next(iter(rows.values()))
     figure, panels = style.new_figure(0.6 + 0.55 * len(first), len(rows))

@@ -5,19 +5,20 @@ import functools
 import itertools
 import math
 from collections.abc import Mapping, Sequence
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hotpath_report import style
 from hotpath_report.figures import violins
 from hotpath_report.figures.violins import Row
+from hotpath_report.files import Rows
 from hotpath_report.hotpath_command import executor_named
 from hotpath_report.run import SOURCES
-from hotpath_report.statistics import Samples, percent_of
+from hotpath_report.statistics import Samples, grouped, percent_of, total
 from hotpath_report.style import FAINT, INK
 
 BAND = 0.82  # share of a row's height for all settings
@@ -25,48 +26,47 @@ BAND = 0.82  # share of a row's height for all settings
 GROUPS = {"camera": "cameras", "lidar": "LiDARs", "imu": "IMU"}
 
 
+def group_of(task: str) -> str | None:
+    """The group of a timer."""
+    return next((group for group in GROUPS if group in task.lower()), None)
+
+
 class TimerRuns:
     """Timers of several runs after the warm-up.
 
     `counts` has a row per utilisation, source, executor, repetition and task: COUNTS, deadline_ms,
-    bound_ms and, if known, response_max_ms. `responses` has a row per job that ran: response_ms.
-    Both have the task's group.
+    bound_ms and, if known, response_max_ms. `responses` has one, too, with all response_ms in the order of time.
     """
 
-    KEY = ["utilisation_percent", "source", "executor"]
+    KEY = ("utilisation_percent", "source", "executor")
 
-    def __init__(self, counts: pd.DataFrame, responses: pd.DataFrame) -> None:
-        def group_of(task: str) -> str | None:
-            return next((group for group in GROUPS if group in task.lower()), None)
+    def __init__(self, counts: Rows, responses: Rows) -> None:
+        self.counts: Rows = [row | {"group": group_of(row["task"])} for row in counts]
+        self.executors = list(grouped(counts, "executor"))
+        self._counts, self._responses = (grouped(rows, *self.KEY) for rows in (self.counts, responses))
 
-        self.counts, self.responses = (f.assign(group=f["task"].map(group_of)) for f in (counts, responses))
-        self.executors = list(self.counts["executor"].unique())
-        self._counts = dict(list(self.counts.groupby(self.KEY, sort=False)))
-        self._responses = dict(list(self.responses.groupby(self.KEY, sort=False)))
-
-    def rows(self, setting: int, source: str, executor: str, group: str | None = None) -> pd.DataFrame:
+    def rows(self, setting: int, source: str, executor: str, group: str | None = None) -> Rows:
         """Counts of a group of timers; empty if the executor did not run."""
-        rows = self._counts.get((setting, source, executor), self.counts.iloc[:0])
-        return rows if group is None else rows[rows["group"] == group]
+        rows = self._counts.get((setting, source, executor), [])
+        return [row for row in rows if group in (None, row["group"])]
 
     def drop_percent(self, *key: Any) -> float:
         """Skipped in percent of reached timestamps; NaN if none was reached."""
-        skipped, reached = self.rows(*key)[["skipped", "reached"]].sum()
+        skipped, reached = total(self.rows(*key), "skipped", "reached") or (0, 0)
         return percent_of(skipped, reached) if reached else math.nan
 
-    def jobs(self, *key: Any) -> pd.DataFrame:
+    def jobs(self, *key: Any) -> Rows:
         """Rows of `responses` of a setting, source and executor."""
-        return self._responses.get(key, self.responses.iloc[:0])
+        return self._responses.get(key, [])
 
     @functools.cache
     def samples(self, setting: int, source: str, executor: str, group: str) -> Samples:
         """Response times (ms) of several timers of one period, merged in time order."""
-        rows = self.jobs(setting, source, executor)
-        rows = rows[rows["group"] == group]
-        of_task = rows.groupby(["repetition", "task"], sort=False)["response_ms"]
-        when = of_task.cumcount() / of_task.transform("size")
-        rows = rows.loc[when.sort_values(kind="stable").index]
-        repetitions = (r["response_ms"].to_numpy() for _, r in rows.groupby("repetition"))
+        rows = [row for row in self.jobs(setting, source, executor) if group_of(row["task"]) == group]
+        repetitions = []
+        for _, of in sorted(grouped(rows, "repetition").items()):
+            jobs = [(k / len(ms), ms[k]) for ms in (row["response_ms"] for row in of) for k in range(len(ms))]
+            repetitions.append([ms for _, ms in sorted(jobs, key=itemgetter(0))])
         return Samples(repetitions, exact=source == "simulated")
 
 
@@ -105,7 +105,7 @@ def drops(runs: TimerRuns, labels: Mapping[Any, str]) -> Figure:
         axes.set(title=title, xlabel="dropped jobs (% of the timestamps)", xmargin=0.14)
         axes.set_xlim(0, max(1e-3, axes.get_xlim()[1]))
     handles: list[Any] = [style.patch(label, alpha=a) for label, a in zip(labels.values(), shades)]
-    sources = set(runs.counts["source"])
+    sources = {row["source"] for row in runs.counts}
     if {*SOURCES} <= sources:
         handles += [style.patch("bar: simulated", alpha=0.6), style.dot("live", markersize=5)]
     if "real" in sources:
@@ -122,8 +122,8 @@ def draw_panel(axes: Axes, runs: TimerRuns, key: tuple[Any, str], bounds: Bounds
     """Draws deadlines (an arrow marks a deadline beyond the axis), analytical bounds and the real
     stack's worst values; `key`: setting and group."""
     limit, (setting, group) = axes.get_xlim()[1], key
-    here = runs.counts[(runs.counts["utilisation_percent"] == setting) & (runs.counts["group"] == group)]
-    for deadline in here["deadline_ms"].dropna().unique():
+    here = (r for r in runs.counts if (r["utilisation_percent"], r["group"]) == (setting, group))
+    for deadline in dict.fromkeys(row["deadline_ms"] for row in here if row.get("deadline_ms")):
         beyond = deadline > limit
         if not beyond:
             axes.axvline(deadline, color=FAINT, linewidth=1.1, linestyle=style.DASHED, zorder=1)
@@ -135,7 +135,8 @@ def draw_panel(axes: Axes, runs: TimerRuns, key: tuple[Any, str], bounds: Bounds
         if bound <= limit:
             colour, ends = style.colour_of(executor), [y - 0.45, y + 0.45]
             axes.plot([bound] * 2, ends, color=colour, linewidth=2.2, zorder=5)
-        worst = runs.rows(setting, "real", executor, group)["response_max_ms"].max()
+        of_real = runs.rows(setting, "real", executor, group)
+        worst = max((row["response_max_ms"] for row in of_real if row["response_max_ms"]), default=math.inf)
         if worst <= limit:
             axes.plot([worst], [y + 0.26], **style.reference_mark(zorder=6))
 
@@ -157,7 +158,7 @@ def responses(runs: TimerRuns, group: str, labels: Mapping[Any, str], bounds: Bo
     marks: list[Any] = [style.line("deadline", color=FAINT, linewidth=1.1, linestyle=style.DASHED)]
     if any(bounds.values()):
         marks.append(style.line("analytical bound", color=style.SERIES[0], linewidth=2.2))
-    if "real" in set(runs.counts["source"]):
+    if any(row["source"] == "real" for row in runs.counts):
         marks.append(style.dot("worst of the real ROS 2 stack", **style.reference_mark()))
     violins.add_key(figure, sources, marks)
     return figure
@@ -166,9 +167,9 @@ def responses(runs: TimerRuns, group: str, labels: Mapping[Any, str], bounds: Bo
 def bounds_of(runs: TimerRuns) -> Bounds:
     """The largest bound (ms) of each group's tasks under executors with priorities."""
     found: dict[tuple[Any, str], dict[str, float]] = {}
-    largest = runs.counts.groupby(["utilisation_percent", "group", "executor"])["bound_ms"].max().dropna()
-    for (setting, group, executor), bound in largest.items():
-        known = executor_named(executor)
+    for row in (row for row in runs.counts if row.get("bound_ms") is not None):
+        known = executor_named(row["executor"])
         if known is not None and known.family == "priority_events":
-            found.setdefault((setting, group), {})[executor] = float(bound)
+            of = found.setdefault((row["utilisation_percent"], row["group"]), {})
+            of[row["executor"]] = max(of.get(row["executor"], 0), row["bound_ms"])
     return found

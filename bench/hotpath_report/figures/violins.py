@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hotpath_report import style
+from hotpath_report.files import Rows
 from hotpath_report.run import SOURCES
 from hotpath_report.statistics import PERCENTILES, Samples, Values
 from hotpath_report.style import FAINT, INK
@@ -23,7 +23,7 @@ class Drawing(NamedTuple):
     """A figure and its data."""
 
     figure: Figure
-    table: pd.DataFrame
+    table: Rows
 
 
 @dataclass(frozen=True)
@@ -118,13 +118,12 @@ def add_key(figure: Figure, sources: Sequence[str], marks: Sequence[Artist] = ()
     style.add_key(figure, [*handles, style.line("median", linewidth=1.6), *marks], 6)
 
 
-def percentile_table(found: Iterable[tuple[dict[str, Any], Samples]]) -> pd.DataFrame:
+def percentile_table(found: Iterable[tuple[dict[str, Any], Samples]]) -> Rows:
     """A row per percentile: the keys of the samples, then value and interval (ms)."""
-    rows = []
-    for keys, samples in found:
-        size = {"repetitions": len(samples.repetitions), "samples": len(samples)}
-        for p, name in PERCENTILES.items() if samples else ():
-            e = samples.estimate(p)
-            values = {"percentile": name, "value_ms": e.value, "low_95_ms": e.low, "high_95_ms": e.high}
-            rows.append(keys | size | values)
-    return pd.DataFrame(rows)
+    return [
+        {**keys, "repetitions": len(of.repetitions), "samples": len(of), "percentile": name}
+        | dict(zip(("value_ms", "low_95_ms", "high_95_ms"), of.estimate(p)))
+        for keys, of in found
+        for p, name in PERCENTILES.items()
+        if of
+    ]

@@ -5,21 +5,19 @@ of the current and the recommended one."""
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from hotpath_report import style
 from hotpath_report.errors import InputError
 from hotpath_report.figures.violins import Drawing
+from hotpath_report.files import read_document
 from hotpath_report.pages import interactive
 from hotpath_report.pages.writer import Section, Table, write_with_figure
-from hotpath_report.run import Run, samples_by
+from hotpath_report.run import Run, samples_of
 from hotpath_report.statistics import estimate_of
 from hotpath_report.style import INK
-from hotpath_report.tables import NS_PER_MS, read_document, read_table
 
 # Key, label and mark of each value.
 MARKS = (("median_ms", "median", "o"), ("p99_ms", "p99", "D"), ("worst_ms", "worst of all draws", "|"))
-HOT_PATH, AGE = "hot_path_latency_ns", "end_to_end_latency_ns"  # columns
+HOT_PATH, AGE = "hot_path_ms", "age_ms"  # columns
 TEXT = "Values are of all draws of phases and execution times."
 STORED_TEXT = (
     " Outputs, causes and timelines are of the age of the data in the first draw, under the current and the "
@@ -48,21 +46,21 @@ def predictions(advice: Advice, rows: list[dict[str, Any]]) -> Drawing:
     axes.set_xlim(0, 1.05 * max(row["worst_ms"]["value"] for row in rows))
     marks = [style.dot(label, marker=mark, color=INK) for _, label, mark in MARKS]
     style.add_key(figure, [*marks, style.patch("95 % interval", facecolor=INK, alpha=0.45)], 4)
-    return Drawing(figure, pd.DataFrame(values))
+    return Drawing(figure, values)
 
 
-def targets(found: Advice, rows: pd.DataFrame, labels: list[str]) -> list[dict[str, Any]]:
+def targets(found: Advice, labels: list[str]) -> list[dict[str, Any]]:
     """The distributions of the chain: first of the latency that has outputs, or that the objective is about."""
     chain = found["chain"]
     bounds = {r["name"]: r.get("bound_ms") for r in found["ranking"]}
     of_age = found["metric"] == "age of the data"
+    series = [{"run": 0, "executor": label} for label in labels]
     made = []
     for column, name, title in (
         (AGE, chain, "age of the data"),
         (HOT_PATH, f"{chain}, hot path", "hot path"),
     ):
-        of = rows[rows[column].notna()].assign(source="simulated", ms=rows[column] / NS_PER_MS)
-        samples = {executor: s for (_, executor), s in samples_by(of, ["source", "executor"], "ms").items()}
+        samples = samples_of(found["latencies"], column, exact=True).get(chain, {})
         marks: list[dict[str, Any]] = [
             {"label": f"bound of {label}", "ms": round(bound, 6), "series": k}
             for k, label in enumerate(labels)
@@ -72,22 +70,23 @@ def targets(found: Advice, rows: pd.DataFrame, labels: list[str]) -> list[dict[s
             marks.append({"label": "requirement", "ms": limit, "series": None})
         marks.sort(key=lambda mark: float(mark["ms"]))
         what = {"kind": "chain", "name": name, "title": f"Chain {name}", "measure": f"{title} (ms)"}
-        made.append(interactive.target(what | {"figure": "advice"}, map(samples.get, labels), marks))
+        what["figure"] = "advice"
+        made.append(interactive.target(what, [samples], series, marks))
     # Outputs are explained by their age, so it comes first if there are any.
     return [t for t in (made if of_age or found["stored"] else made[::-1]) if t["curves"]]
 
 
-def document(folder: Path, found: Advice, rows: pd.DataFrame) -> dict[str, Any]:
+def document(folder: Path, found: Advice) -> dict[str, Any]:
     """Everything that the interactive part shows. The curves of the stored runs come first."""
     runs = [Run(folder / name / "run") for name in ("now", "recommended")] if found["stored"] else []
     data = interactive.stored_part(runs)
     data["runs"] += interactive.of_samples({"simulated": []})["runs"]
     stored = dict(zip([found["now"], found["recommended"]], found["stored"]))
-    labels = list(dict.fromkeys([*stored, *rows["executor"]]))
+    labels = list(dict.fromkeys([*stored, *(row["executor"] for row in found["latencies"])]))
     shown = {name: name + (" (now)" if name == found["now"] else "") for name in labels}
     series = [(min(k, len(stored)), stored.get(e, e), text) for k, (e, text) in enumerate(shown.items())]
     data["series"] = interactive.curves_of(series)
-    return data | {"targets": targets(found, rows, labels), "shown": 2}
+    return data | {"targets": targets(found, labels), "shown": 2}
 
 
 def tables(found: Advice) -> list[Table]:
@@ -125,7 +124,6 @@ def write(folder: str) -> None:
         f"{found['draws']} draws of {found['seconds']:g} s, {cores}"
     )
     title = f"Predicted {found['metric']} under each executor"
-    rows = read_table(Path(folder) / "latencies.csv", ["executor", "repetition", "chain", HOT_PATH], [AGE])
     text = TEXT + (STORED_TEXT if found["stored"] else "")
     section = Section("candidates", "Candidates", subtitle, text, tables=tables(found))
     section.notes = ["In the first draw: " + " ".join(found["causes"])] if found["causes"] else []
@@ -136,7 +134,7 @@ def write(folder: str) -> None:
         "advice",
         title,
         subtitle,
-        document(Path(folder), found, rows),
+        document(Path(folder), found),
         title=f"Advice for {found['graph']}",
         lead=found["sentences"][:1],
         facts=[*found["sentences"][1:], *([f"Change: {found['change']}"] if found["change"] else [])],

@@ -7,22 +7,23 @@ import hashlib
 import json
 import math
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hotpath_report import style
 from hotpath_report.errors import InputError, RunError
+from hotpath_report.files import NS_PER_MS
 from hotpath_report.hotpath_command import PACKAGE, ask, output_of
 from hotpath_report.run import Run
 from hotpath_report.shown_text import printable, printable_content
 from hotpath_report.statistics import Estimate, Samples
-from hotpath_report.tables import NS_PER_MS
 
 SCRIPT = PACKAGE / "web" / "page.js"
 LARGEST_ANALYZED = 200_000_000  # bytes of jobs.csv, which `hotpath analyze` and `explain` read
 LOGARITHMIC = 8  # ratio of the largest to the least value from which an axis is logarithmic
 ENDS = ("value", "low", "high")
 
+Series = Sequence[dict[str, Any]]
 Bounds = dict[tuple[str, str, str], float]  # ms by executor, kind (chain or task) and name
 
 
@@ -31,18 +32,12 @@ Bounds = dict[tuple[str, str, str], float]  # ms by executor, kind (chain or tas
 Measured = tuple[dict[str, str], Sequence[Mapping[str, Samples]]]
 
 
-def of_series(
-    runs: Sequence[Mapping[str, Samples]], series: Sequence[dict[str, Any]]
-) -> Iterator[Samples | None]:
-    """The samples of each series."""
-    return (runs[of["run"]].get(of["executor"]) for of in series)
-
-
 def target(
-    what: dict[str, str], samples: Iterable[Samples | None], marks: Sequence[dict[str, Any]] = ()
+    what: dict[str, str], runs: Sequence[Mapping[str, Samples]], series: Series, marks: Sequence[Any] = ()
 ) -> dict[str, Any]:
-    """The distributions, given for each series."""
-    curves = [{"series": k, **s.curve()} for k, s in enumerate(samples) if s]
+    """The distributions of each series."""
+    found = (runs[of["run"]].get(of["executor"]) for of in series)
+    curves = [{"series": k, **samples.curve()} for k, samples in enumerate(found) if samples]
     return what | {"curves": curves, "marks": list(marks)}
 
 
@@ -71,7 +66,7 @@ def bounds_of(run: Run) -> Bounds:
 
 
 def marks_of(
-    what: dict[str, str], runs: Sequence[Run], bounds: Sequence[Bounds], series: Sequence[dict[str, Any]]
+    what: dict[str, str], runs: Sequence[Run], bounds: Sequence[Bounds], series: Series
 ) -> list[dict[str, Any]]:
     """Bounds, deadlines and the computation on the path."""
     marks: set[tuple[float, str, int | None]] = set()
@@ -79,8 +74,7 @@ def marks_of(
     if kind == "chain" and runs[0].facts.get("chains", [name])[:1] == [name]:
         marks |= {(x["ms"], x["label"], None) for x in runs[0].facts.get("limits", []) if x["ms"] > 0}
     for run in (run for run in runs if kind == "task" and run.has_summary()):
-        counts = run.timer_counts()
-        deadlines = counts["deadline_ms"][counts["task"] == name]
+        deadlines = (row["deadline_ms"] for row in run.timer_counts() if row["task"] == name)
         marks |= {(ms, "deadline", None) for ms in deadlines if ms}
     for number, of in enumerate(series):
         if bound := bounds[of["run"]].get((of["executor"], kind, name)):
@@ -120,8 +114,7 @@ def document(runs: Sequence[Run], names: Sequence[str], measured: Sequence[Measu
     )
     bounds = [bounds_of(run) for run in runs]
     data["targets"] = [
-        target(what, of_series(samples, series), marks_of(what, runs, bounds, series))
-        for what, samples in measured
+        target(what, samples, series, marks_of(what, runs, bounds, series)) for what, samples in measured
     ]
     return data
 

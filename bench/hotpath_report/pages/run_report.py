@@ -10,12 +10,12 @@ from typing import Any
 from hotpath_report import hotpath_command
 from hotpath_report.errors import InputError
 from hotpath_report.figures import hot_path
+from hotpath_report.files import read_document
 from hotpath_report.pages import interactive
 from hotpath_report.pages.writer import HEADER, Section, Table, compared, make_figure, write_page
-from hotpath_report.run import Run
+from hotpath_report.run import Run, samples_of
 from hotpath_report.shown_text import printable_content
-from hotpath_report.statistics import Samples
-from hotpath_report.tables import read_document
+from hotpath_report.statistics import Samples, grouped
 
 COMPARED = (
     "Ratio, Cliff's delta and rank test: against the run's first executor; above 1 and above 0 are better"
@@ -30,23 +30,21 @@ TIMER = (
     "Finish of a job minus its own timestamp; skipped timestamps have no response time.",
 )
 SIDES = ("old", "new")
-Key = tuple[str, str]  # Chain or Timer, and its name
+Key = tuple[str, str]  # Chain, Timer or another Task, and its name
 
 
 class ReportedRun(Run):
-    """A run with its samples (ms) by chain or timer: {key: {executor: samples}}; `tasks` has those of all
-    tasks by name."""
+    """A run with its samples (ms) by chain and task: {key: {executor: samples}}."""
 
     def __init__(self, folder: str | Path) -> None:
         super().__init__(folder)
         self.name = Path(folder).resolve().name
-        found = self.samples(self.latencies().dropna(subset="age_ms"), "chain", "age_ms")
+        found = samples_of(self.samples("chains"), "age_ms", self.simulated)
         self.measured: dict[Key, dict[str, Samples]] = {("Chain", name): of for name, of in found.items()}
-        self.tasks: dict[str, dict[str, Samples]] = {}
         if (self.folder / "jobs.csv").exists():
-            self.tasks = self.samples(self.responses(), "task", "response_ms")
-            timers = set(self.timer_counts()["task"])
-            self.measured |= {("Timer", name): of for name, of in self.tasks.items() if name in timers}
+            found = samples_of(self.samples("responses"), "response_ms", self.simulated)
+            timers = grouped(self.timer_counts(), "task")
+            self.measured |= {("Timer" if name in timers else "Task", name): of for name, of in found.items()}
 
     def description(self) -> str:
         """What ran, with its warnings."""
@@ -64,13 +62,11 @@ def document(runs: Sequence[ReportedRun], names: Sequence[str]) -> dict[str, Any
     """What the interactive part shows: the chains, then all tasks."""
     keys = dict.fromkeys(key for run in runs for key in run.measured)
     measured: list[interactive.Measured] = []
-    for key in (key for key in keys if key[0] == "Chain"):
-        what = {"kind": "chain", "name": key[1], "title": " ".join(key), "measure": CHAIN[0]}
-        measured.append((what | {"figure": figure_name(key)}, [run.measured.get(key, {}) for run in runs]))
-    for name in dict.fromkeys(name for run in runs for name in run.tasks):
-        figure = figure_name(("Timer", name)) if ("Timer", name) in keys else ""
-        what = {"kind": "task", "name": name, "title": f"Task {name}", "measure": TIMER[0], "figure": figure}
-        measured.append((what, [run.tasks.get(name, {}) for run in runs]))
+    for key in sorted(keys, key=lambda key: key[0] != "Chain"):
+        kind, measure = ("Chain", CHAIN[0]) if key[0] == "Chain" else ("Task", TIMER[0])
+        what = {"kind": kind.lower(), "name": key[1], "title": f"{kind} {key[1]}", "measure": measure}
+        what["figure"] = "" if key[0] == "Task" else figure_name(key)
+        measured.append((what, [run.measured.get(key, {}) for run in runs]))
     return interactive.document(runs, names, measured)
 
 
@@ -202,7 +198,8 @@ def write(*words: str) -> None:
 def write_runs(folders: Sequence[str], folder: Path) -> None:
     """Writes the page about runs into `folder`. Raises InputError."""
     runs = [ReportedRun(name) for name in folders]
-    sections = [section(runs, key) for key in dict.fromkeys(key for run in runs for key in run.measured)]
+    keys = dict.fromkeys(key for run in runs for key in run.measured if key[0] != "Task")
+    sections = [section(runs, key) for key in keys]
     if not sections:
         raise InputError(f"{folders[0]}: nothing to report: no samples of chains or timers after the warm-up")
     graphs = ", ".join(dict.fromkeys(run["graph.name"] for run in runs))

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The figures and pages of `hotpath sweep` and `hotpath capacity`, with lines and their intervals over a quantity."""
 
+import itertools
 import math
 from collections.abc import Callable
 from functools import partial
@@ -8,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
@@ -17,13 +17,14 @@ from hotpath_report import style
 from hotpath_report.errors import InputError
 from hotpath_report.figures.maps import dashes
 from hotpath_report.figures.violins import Drawing
+from hotpath_report.files import Rows, read_document, value_of
 from hotpath_report.pages.interactive import ENDS, Points, of_samples, plot
 from hotpath_report.pages.writer import Section, Table, table_of, write_with_figure
-from hotpath_report.statistics import Estimate, Samples
+from hotpath_report.statistics import Estimate, Samples, grouped
 from hotpath_report.style import FAINT, INK, WARNING
-from hotpath_report.tables import read_document, read_table
 
 Plots = list[dict[str, Any]]
+
 
 MOST_VALUES = 9  # of the second axis of a sweep
 ANALYSIS = "analysis"  # source of levels that an analysis accepts
@@ -39,34 +40,40 @@ LATENCIES = {"age_p99": "p99 of the age of the data (ms)", "age_worst": "worst a
 LATENCIES |= {"p99": "p99 of the hot-path latency (ms)", "worst": "worst hot-path latency (ms)"}
 
 
+def rows_of(document: dict[str, Any]) -> Rows:
+    """Its rows; the values of a sweep's axes are texts, as in its file."""
+    rows = (map(lambda v: value_of(v) if isinstance(v, str) else v, row) for row in document["rows"])
+    return [dict(zip(document["columns"], row)) for row in rows]
+
+
 def plots_of(
-    rows: pd.DataFrame,
+    rows: Rows,
     x: str,
     measures: dict[str, str],
-    points: Callable[[pd.DataFrame, str], Points],
+    points: Callable[[Rows, str], Points],
     suffix: str = "",
     figure: str = "",
 ) -> Plots:
     """A plot per measure that any executor has."""
     made = []
     for column, title in measures.items():
-        lines = [(str(e), str(e), points(of, column)) for e, of in rows.groupby("executor", sort=False)]
+        lines = [(e, e, points(of, column)) for e, of in grouped(rows, "executor").items()]
         made.append(plot(title + suffix, x, lines, figure))
     return [p for p in made if p["lines"]]
 
 
-def over_repetitions(x: str, rows: pd.DataFrame, column: str) -> Points:
+def over_repetitions(x: str, rows: Rows, column: str) -> Points:
     """{x: median or largest value over the repetitions with its interval}"""
-    groups = rows.dropna(subset=column).groupby(x)[column]
+    known = grouped((row for row in rows if row[column] is not None), x)
     p = 0.5 if column == MEDIAN else 1.0
-    return {float(at): Samples([v] for v in values).estimate(p) for at, values in groups}
+    return {at: Samples([row[column]] for row in of).estimate(p) for at, of in known.items()}
 
 
-def of_levels(x: str, rows: pd.DataFrame, column: str) -> Points:
+def of_levels(x: str, rows: Rows, column: str) -> Points:
     """{x: value with its interval}"""
     parts = [f"{column}_{part}ms" for part in ("", "low_", "high_")] if column in LATENCIES else [column]
-    found = zip(rows[x].astype(float), *(rows[part].astype(float) for part in parts))
-    return {at: Estimate(*values) for at, *values in found if not math.isnan(values[0])}
+    known = (row for row in rows if row[parts[0]] is not None)
+    return {row[x]: Estimate(*(math.nan if row[p] is None else row[p] for p in parts)) for row in known}
 
 
 def draw_lines(axes: Axes, drawn: dict[str, Any]) -> None:
@@ -97,37 +104,37 @@ def lines(plots: Plots, executors: list[str]) -> Figure:
 
 def write(folder: str) -> None:
     """Draws the figure of a sweep, and writes report.html and report.md. Raises InputError."""
-    path = Path(folder) / "table.csv"
-    rows, facts = read_table(path, ["executor"]), read_document(Path(folder) / "sweep.json", "hotpath sweep")
-    cells, failed = rows["cell"].nunique(), int(rows["failure"].notna().sum())
-    chain = next(iter(rows["chain"].dropna()), "") if "chain" in rows else ""
-    if chain:
-        rows = rows[(rows["chain"] == chain) | rows["failure"].notna()]
-    axes = [a for a in facts["axes"] if a in rows and rows[a].nunique() > 1]
-    x = next((a for a in axes if pd.api.types.is_numeric_dtype(rows[a])), "")
+    path = Path(folder) / "sweep.json"
+    facts = read_document(path, "hotpath sweep")
+    rows = rows_of(facts)
+    failed = sum(row["failure"] is not None for row in rows)
+    chain = next((row["chain"] for row in rows if row["chain"]), None)
+    rows = [row for row in rows if row["executor"] and (row["chain"] == chain or row["failure"])]
+    axes = [axis for axis in facts["axes"] if len(grouped(rows, axis)) > 1]
+    x = next((axis for axis in axes if not any(isinstance(row[axis], str) for row in rows)), "")
     if not x:
         raise InputError(f"{path}: no numeric axis to draw over")
     subtitle = f"{f'chain {chain} · ' if chain else ''}over {', '.join(axes)} · "
-    subtitle += f"{cells} cells, {facts['repetitions']} repetitions"
+    subtitle += f"{facts['cells']} cells, {facts['repetitions']} repetitions"
     subtitle += f" · {failed} cells not finished (overload)" if failed else ""
     # Each measure with the other axes pooled, then for each value of the second axis.
     measures, points = OF_CHAINS if chain else OF_TIMERS, partial(over_repetitions, x)
     drawn = plots_of(rows, x, measures, points, figure="sweep_lines")
     pooled = list(drawn)
     for axis in [a for a in axes if a != x][:1]:
-        for value in rows[axis].unique()[:MOST_VALUES]:
-            drawn += plots_of(rows[rows[axis] == value], x, measures, points, f", {axis} {value}")
-    values = pd.DataFrame(
+        for value, of in itertools.islice(grouped(rows, axis).items(), MOST_VALUES):
+            drawn += plots_of(of, x, measures, points, f", {axis} {value}")
+    values = [
         {"measure": p["title"], x: at, "executor": a["label"], "value": value, "low": low, "high": high}
         for p in drawn
         for a in p["lines"]
         for at, value, low, high in zip(a["x"], a["value"], a["low"], a["high"])
-    )
+    ]
     text = "The value of a point is over the repetitions; bands are its 95 % interval."
     write_with_figure(
         folder,
         Section("values", "Values", subtitle, text, tables=list(map(table_of, drawn))),
-        lambda: Drawing(lines(pooled, list(rows["executor"].unique())), values),
+        lambda: Drawing(lines(pooled, list(grouped(rows, "executor"))), values),
         "sweep_lines",
         f"{'Latency' if chain else 'Response times'} over {x}",
         subtitle,
@@ -138,25 +145,25 @@ def write(folder: str) -> None:
     )
 
 
-def draw_row(axes: Axes, y: float, executor: str, rows: pd.DataFrame, over: str) -> None:
+def draw_row(axes: Axes, y: float, executor: str, rows: Rows, over: str) -> None:
     """Bar: capacity; dots: passing levels; crosses: failing levels; triangle: analysis."""
-    measured, bounds = rows[rows["source"] != ANALYSIS], rows[rows["source"] == ANALYSIS]
     colour = style.colour_of(executor)
-    for capacity in measured[measured["capacity"] == 1][over]:
-        axes.barh(y, capacity, height=0.5, color=colour, alpha=0.3, linewidth=0)
-        style.note(axes, f"{capacity:g}", (capacity, y - 0.33), (0, 0), ha="right")
-    for rows, shift, marker, colour in (
-        (measured[measured["holds"] == 1], 0, "o", colour),
-        (measured[measured["holds"] == 0], 0, "x", WARNING),
-        (bounds[bounds["capacity"] == 1], 0.36, "^", INK),
-    ):
+    for row in rows:
+        shift, marker, mark_colour = 0.0, *(("o", colour) if row["holds"] else ("x", WARNING))
+        if row["source"] == ANALYSIS:
+            if not row["capacity"]:
+                continue
+            shift, marker, mark_colour = 0.36, "^", INK
+        elif row["capacity"]:
+            axes.barh(y, row[over], height=0.5, color=colour, alpha=0.3, linewidth=0)
+            style.note(axes, f"{row[over]:g}", (row[over], y - 0.33), (0, 0), ha="right")
         size = 6 if marker == "^" else 4
-        axes.plot(rows[over], [y + shift] * len(rows), marker, color=colour, markersize=size)
+        axes.plot([row[over]], [y + shift], marker, color=mark_colour, markersize=size)
 
 
-def levels(rows: pd.DataFrame) -> Figure:
+def levels(rows: Rows, over: str) -> Figure:
     """A row of marks per executor."""
-    over, by_executor = rows.columns[2], dict(list(rows.groupby("executor", sort=False)))
+    by_executor = grouped(rows, "executor")
     figure, (axes,) = style.new_figure(0.9 + 0.5 * len(by_executor))
     style.rows_of_labels(axes, list(by_executor), xlabel=over)
     for y, (executor, found) in enumerate(by_executor.items()):
@@ -170,16 +177,14 @@ def levels(rows: pd.DataFrame) -> Figure:
 
 def write_capacity(folder: str) -> None:
     """Draws the figure of a search for capacities, and writes report.html and report.md. Raises InputError."""
-    path = Path(folder) / "levels.csv"
-    rows = read_table(path, ["executor", "source", "holds", "capacity"])
-    if rows.empty:
-        raise InputError(f"{path}: no rows, there is nothing to draw")
-    over, executors = rows.columns[2], ", ".join(rows["executor"].unique())
-    measures = LATENCIES | LOST | OVERRUNS | SHARE
-    drawn = plots_of(rows[rows["source"] != ANALYSIS], over, measures, partial(of_levels, over))
+    found = read_document(Path(folder) / "capacity.json", "hotpath capacity")
+    rows = rows_of(found)
+    over, executors = found["over"], ", ".join(grouped(rows, "executor"))
+    measured = [row for row in rows if row["source"] != ANALYSIS]
+    drawn = plots_of(measured, over, LATENCIES | LOST | OVERRUNS | SHARE, partial(of_levels, over))
     cells = [
-        [r["executor"], r["source"], f"{r[over]:g}", "holds" if r["holds"] else "fails", r["why"]]
-        for r in rows.fillna({"why": ""}).to_dict("records")
+        [r["executor"], r["source"], f"{r[over]:g}", "holds" if r["holds"] else "fails", r["why"] or ""]
+        for r in rows
     ]
     tried = Table("Tried levels", ["executor", "source", over, "", "why"], cells, folded=True)
     title = f"Highest {over} that each executor sustains"
@@ -187,7 +192,7 @@ def write_capacity(folder: str) -> None:
     write_with_figure(
         folder,
         Section("levels", "Levels", executors, text, tables=[tried, *map(table_of, drawn)]),
-        lambda: Drawing(levels(rows), rows),
+        lambda: Drawing(levels(rows, over), rows),
         "capacity",
         title,
         "simulated; each mark is a tried level",

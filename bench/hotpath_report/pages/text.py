@@ -9,8 +9,8 @@ from typing import Any
 import jinja2
 import markupsafe
 
+from hotpath_report.files import read_document, write_file
 from hotpath_report.shown_text import markdown, markdown_cell, markdown_code
-from hotpath_report.tables import read_document, write_file
 
 TEMPLATES = Path(__file__).resolve().parent / "templates"
 

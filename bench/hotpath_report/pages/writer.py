@@ -15,11 +15,11 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 
 from hotpath_report import style
 from hotpath_report.figures.violins import Drawing
+from hotpath_report.files import csv_text, make_folder, write_file
 from hotpath_report.pages import interactive
 from hotpath_report.pages.text import TEMPLATES, render
 from hotpath_report.statistics import Estimate, Samples, rank_test, ratio
 from hotpath_report.style import FAINT, GRID, GROUND, INK, plt, settle
-from hotpath_report.tables import make_folder, write_file
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def make_figure(name: str, title: str, drawing: Drawing) -> Figure:
         FigureCanvasSVG(drawing.figure).print_svg(stream, metadata={"Date": None, "Creator": "hotpath"})
     plt.close(drawing.figure)
     svg = re.sub(r'\b(d|x|y)="[^"]*"', _rounded, stream.getvalue())
-    return Figure(name, title, drawing.table.to_csv(index=False, float_format="%.6f"), svg)
+    return Figure(name, title, csv_text(drawing.table, fraction="%.6f"), svg)
 
 
 def write_page(

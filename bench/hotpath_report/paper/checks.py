@@ -10,13 +10,15 @@ from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
-import pandas as pd
+import numpy as np
 
 from hotpath_report.errors import Missing
 from hotpath_report.figures.bounds import PAPER
+from hotpath_report.figures.timers import group_of
+from hotpath_report.files import NS_PER_MS, Rows
 from hotpath_report.paper.cells import EXECUTORS, UTILISATIONS, read_spec
 from hotpath_report.paper.evidence import REAL, Evidence
-from hotpath_report.statistics import Estimate, Samples, percent_of, rank_test, ratio
+from hotpath_report.statistics import Estimate, Samples, grouped, percent_of, rank_test, ratio, total
 
 REPRODUCED, PARTLY, NOT, NO_DATA = "reproduced", "partly", "not", "no data"
 CLAIMS = read_spec("claims.toml")
@@ -63,32 +65,34 @@ def need(*data: Sized) -> None:
         raise Missing
 
 
-def paper_rows(evidence: Evidence) -> pd.DataFrame:
+def paper_rows(evidence: Evidence) -> Rows:
     """Rows of Table I with the paper's release cost; bounds in ms, infinite if there is none."""
-    rows = evidence.table("wcrt_table.csv").query("delta_of == 'paper'")
+    rows = [row for row in evidence.table("wcrt_table.csv") if row["delta_of"] == "paper"]
     need(rows)
-    return rows.assign(bound_ms=(rows["bound_ns"] / 1e6).fillna(math.inf))
+    return [row | {"bound_ms": (row["bound_ns"] or math.inf) / NS_PER_MS} for row in rows]
 
 
-def rows_of(evidence: Evidence, source: str, executor: str, group: str | None = None) -> list[pd.DataFrame]:
+def rows_of(evidence: Evidence, source: str, executor: str, group: str | None = None) -> list[Rows]:
     """Counts on each of the three sets. Raises Missing unless the executor ran on all."""
     rows = [evidence.timer_runs().rows(percent, source, executor, group) for percent in UTILISATIONS]
     need(*rows)
     return rows
 
 
-def losses(evidence: Evidence, source: str, rows: pd.DataFrame, word: str, largest_of: str = "") -> Finding:
+def losses(evidence: Evidence, source: str, rows: Rows, word: str, largest_of: str = "") -> Finding:
     """Jobs that must not be lost: reproduced if none was lost. Live, the machine can withhold the processor: a small
     share of each executor's jobs on each set counts as partly reproduced, and the text counts lost jobs in repetitions
     marked as disturbed, and ends with the largest share in percent in `largest_of`. `rows`: setting, executor,
     repetition, lost, jobs."""
-    short = f"{rows['lost'].sum()} of {rows['jobs'].sum()}"
-    of_set = rows.groupby(["utilisation_percent", "executor"])[["lost", "jobs"]].sum()
-    largest = max(map(percent_of, of_set["lost"], of_set["jobs"]))
+    sets = grouped(rows, "utilisation_percent", "executor").values()
+    short = " of ".join(map(str, total(rows, "lost", "jobs")))
+    largest = max(percent_of(*total(of_set, "lost", "jobs")) for of_set in sets)
     text = f"{short} jobs {word}"
     if source == "live" and largest > 0:
-        keys = zip(rows["utilisation_percent"], rows["executor"], rows["repetition"])
-        disturbed = rows["lost"][[key in evidence.marked for key in keys]].sum()
+        of_repetition = grouped(rows, "utilisation_percent", "executor", "repetition")
+        disturbed = sum(
+            row["lost"] for key, of in of_repetition.items() if key in evidence.marked for row in of
+        )
         text += f", {disturbed} of them in repetitions marked as disturbed{largest_of.format(largest)}"
     tolerated = source == "live" and largest <= LIMITS.tolerated_percent
     return Finding(graded(largest == 0, True, tolerated), text, short)
@@ -96,11 +100,11 @@ def losses(evidence: Evidence, source: str, rows: pd.DataFrame, word: str, large
 
 def none_lost(evidence: Evidence, source: str, what: str, of: str, word: str) -> Finding:
     """The paper's executors lose nothing; for the real stack, only its measured executors count."""
-    known = set(evidence.timer_runs().counts.query("source == @source")["executor"])
+    known = {row["executor"] for row in evidence.timer_runs().counts if row["source"] == source}
     executors = [e for e in EXECUTORS["papers_own"] if source != REAL or e in known]
     need(executors)
-    rows = pd.concat(of_set for e in executors for of_set in rows_of(evidence, source, e))
-    rows = rows.assign(lost=rows[what].astype(int), jobs=rows[of].astype(int))
+    sets = (of_set for e in executors for of_set in rows_of(evidence, source, e))
+    rows = [row | {"lost": row[what], "jobs": row[of]} for of_set in sets for row in of_set]
     return losses(evidence, source, rows, word, "; at most {:.2g} % of one executor's on one set")
 
 
@@ -108,19 +112,19 @@ def bounds(evidence: Evidence, source: str) -> Finding:
     """Responses against Table I and against the exact, tighter non-preemptive bound."""
     runs = evidence.timer_runs(WITH_COST if source == "simulated" else "timers")
     with_cost, printed = evidence.timer_runs(WITH_COST), paper_rows(evidence)
-    printed = printed.assign(group=printed["task"].str.lower())
-    table = printed.set_index(["utilisation_percent", "group"])["bound_ms"]
-    frames = []
+    table = {(row["utilisation_percent"], row["task"].lower()): row["bound_ms"] for row in printed}
+    rows: Rows = []
+    over_exact, highest = 0, 0.0
     for executor, percent in itertools.product(EXECUTORS["with_bounds"], UTILISATIONS):
         jobs, exact = runs.jobs(percent, source, executor), with_cost.rows(percent, "simulated", "rm-ro")
         need(jobs, exact)
-        exact_ms = jobs["task"].map(exact.set_index("task")["bound_ms"])
-        frames.append(jobs.assign(jobs=1, table_ms=jobs["group"].map(table[percent]), exact_ms=exact_ms))
-    rows = pd.concat(frames)
-    rows["lost"] = (rows["response_ms"] > rows["table_ms"]).astype(int)
+        exact_ms = {row["task"]: row["bound_ms"] for row in exact}
+        for row in jobs:
+            of, bound = np.array(row["response_ms"]), table[percent, group_of(row["task"])]
+            rows.append(row | {"lost": int((of > bound).sum()), "jobs": len(of)})
+            over_exact += int((of > (exact_ms[row["task"]] or math.inf)).sum())
+            highest = max(highest, 100 * of.max() / bound)
     found = losses(evidence, source, rows, "above Table I")
-    over_exact = int((rows["response_ms"] > rows["exact_ms"]).sum())
-    highest = 100 * (rows["response_ms"] / rows["table_ms"]).max()
     more = f", {over_exact} above the exact bound; the largest response is {highest:.1f} % of the table's"
     return replace(found, text=found.text + more)
 
@@ -157,9 +161,9 @@ def imu_loss(evidence: Evidence, source: str) -> Finding:
 
 
 def imu_overruns(evidence: Evidence, source: str, executor: str) -> Finding:
-    sums = [rows[["deadline_overruns", "ran"]].sum() for rows in rows_of(evidence, source, executor, "imu")]
+    sums = [total(rows, "deadline_overruns", "ran") for rows in rows_of(evidence, source, executor, "imu")]
     late = sum(percent_of(n, of) > LIMITS.tolerated_percent for n, of in sums)
-    overruns, jobs = (" / ".join(f"{n:.0f}" for n in numbers) for numbers in zip(*sums))
+    overruns, jobs = (" / ".join(map(str, numbers)) for numbers in zip(*sums))
     return Finding(graded(late, len(sums)), f"{overruns} of {jobs} jobs", overruns)
 
 
@@ -178,41 +182,40 @@ def lidar_pays(evidence: Evidence, source: str) -> Finding:
 
 def table(evidence: Evidence, _source: str) -> Finding:
     rows = paper_rows(evidence)
-    differences = (rows["bound_ms"] - rows["printed_ms"]).abs()
-    equal = int((differences <= LIMITS.table_ms + 1e-9).sum())
-    text = f"{equal} of {len(rows)} entries equal, largest difference {differences.max():.4f} ms"
+    differences = [abs(row["bound_ms"] - row["printed_ms"]) for row in rows]
+    equal = sum(difference <= LIMITS.table_ms + 1e-9 for difference in differences)
+    text = f"{equal} of {len(rows)} entries equal, largest difference {max(differences):.4f} ms"
     return Finding(graded(equal, len(rows)), text, f"{equal} of {len(rows)}")
 
 
 def schedulable(evidence: Evidence, _source: str) -> Finding:
-    rows = paper_rows(evidence)
-    shares = rows["bound_ms"] / rows["task"].map(LIMITS.deadlines_ms)
-    short = f"{int((shares <= 1).sum())} of {len(shares)}"
-    text = f"{short} bounds within their deadline, the tightest at {100 * shares.max():.1f} % of it"
-    return Finding(graded(bool((shares <= 1).all()), True), text, short)
+    shares = [row["bound_ms"] / LIMITS.deadlines_ms[row["task"]] for row in paper_rows(evidence)]
+    short = f"{sum(share <= 1 for share in shares)} of {len(shares)}"
+    text = f"{short} bounds within their deadline, the tightest at {100 * max(shares):.1f} % of it"
+    return Finding(graded(max(shares) <= 1, True), text, short)
 
 
-def reductions(evidence: Evidence) -> pd.DataFrame:
+def reductions(evidence: Evidence) -> Rows:
     """Results of the paper's method by utilisation."""
-    rows = evidence.table("waters_summary.csv")
-    return rows[rows["method"] == PAPER].sort_values("utilisation")
+    rows = (row for row in evidence.table("waters_summary.csv") if row["method"] == PAPER)
+    return sorted(rows, key=lambda row: row["utilisation"])
 
 
 def majority(evidence: Evidence, _source: str) -> Finding:
-    lower = 100 * reductions(evidence)["positive_share"]
+    lower = [100 * row["positive_share"] for row in reductions(evidence)]
     shares = percents(lower)
-    return Finding(graded(lower.min() > 50, True), f"{shares} of the chains are lower", shares)
+    return Finding(graded(min(lower) > 50, True), f"{shares} of the chains are lower", shares)
 
 
 def negative(evidence: Evidence, _source: str) -> Finding:
-    higher = list(100 * (1 - reductions(evidence)["positive_share"]))
+    higher = [100 * (1 - row["positive_share"]) for row in reductions(evidence)]
     rising = all(a < b for a, b in itertools.pairwise(higher))
     verdict = graded(rising, True, higher[-1] > higher[0])
     return Finding(verdict, f"{percents(higher)} of the chains are not lower", percents(higher))
 
 
 def almost_90(evidence: Evidence, _source: str) -> Finding:
-    largest = float(reductions(evidence)["max"].max())
+    largest = max(row["max"] for row in reductions(evidence))
     low, high = LIMITS.almost_90
     verdict = graded(low <= largest <= high, True, largest > 50)
     return Finding(verdict, f"at most {largest:.1f} %", f"{largest:.1f} %")
@@ -220,15 +223,16 @@ def almost_90(evidence: Evidence, _source: str) -> Finding:
 
 def delta(evidence: Evidence, _source: str) -> Finding:
     of_paper = 1e3 * LIMITS.paper_delta_ms
-    us = evidence.table("wcrt_table.csv").groupby("delta_of")["delta_ns"].max() / 1e3
-    most, nearly = us.reindex([f"this machine ({of})" for of in ("maximum", "p99.9")])
-    need(us.filter(like="maximum"), us.filter(like="p99.9"))
+    us = {row["delta_of"]: row["delta_ns"] / 1e3 for row in evidence.table("wcrt_table.csv")}
+    most, nearly = (us.get(f"this machine ({of})") for of in ("maximum", "p99.9"))
+    if most is None or nearly is None:
+        raise Missing
     text = f"at most {most:.1f} µs, 99.9 % below {nearly:.2g} µs"
     return Finding(graded(most <= of_paper, True, nearly <= of_paper), text, f"99.9 % < {nearly:.2g} µs")
 
 
 def total_delta(evidence: Evidence, _source: str) -> Finding:
-    one = float(paper_rows(evidence)["delta_ns"].iloc[0]) / 1e6
+    one = paper_rows(evidence)[0]["delta_ns"] / NS_PER_MS
     near = abs(LIMITS.tasks * one - LIMITS.paper_total_delta_ms) <= LIMITS.total_delta_ms
     text = f"{LIMITS.tasks * one:.3f} ms from δ = {one:.3f} ms, the value behind Table I"
     return Finding(graded(near, True), text, f"{LIMITS.tasks * one:.3f} ms")

@@ -1,24 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measurements of the cells as frames, and data/ of a reproduction, which stores them; measurements of the real ROS 2
+"""Measurements of the cells, and data/ of a reproduction, which stores them; measurements of the real ROS 2
 stack on the same workloads (reference_system/ros2_reference). The warm-up is left out as in summaries."""
 
 import functools
 import gzip
 import re
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from hotpath_report.errors import Missing
 from hotpath_report.figures.timers import TimerRuns
+from hotpath_report.files import Rows, csv_text, make_folder, read_json, read_rows, write_file
+from hotpath_report.files import write_json
 from hotpath_report.hotpath_command import PACKAGE, ask
 from hotpath_report.paper.cells import PAPER_LOAD_PERCENT, Cell
-from hotpath_report.run import COUNTS, Run, samples_by
-from hotpath_report.statistics import Samples
-from hotpath_report.tables import make_folder, read_json, read_table, write_file, write_json
+from hotpath_report.run import COUNTS, Run
+from hotpath_report.statistics import Samples, grouped
 
 REAL = "real"  # the source of its rows
 PACKAGES = ("reference_system", "hotpath_reference_system")  # in the source tree and installed
@@ -26,54 +27,44 @@ COUNTED_IN_TRACES = "events-re"  # the longer runs lack it
 AUTOWARE_CRUNCH_LIMIT = 6000  # 80 % of one core on the reference machine
 
 COPIED_TABLES = ("waters_summary.csv", "waters_histogram.csv", "wcrt_table.csv", "release_cost.csv")
-HOT_PATH_KEYS = ["study", "source", "load_percent", "executor", "repetition"]
-RESPONSE_KEYS = ["study", "source", "utilisation_percent", "executor", "task", "repetition"]
-COLUMNS = {
-    "hot_path": [*HOT_PATH_KEYS, "hot_path_ms"],
-    "timers": [*RESPONSE_KEYS, *COUNTS, "deadline_ms", "response_max_ms", "bound_ms"],
-    "responses": [*RESPONSE_KEYS, "response_ms"],
-}
+HOT_PATH_KEYS = ("study", "source", "load_percent", "executor", "repetition")
+TIMER_KEYS = ("study", "source", "utilisation_percent", "executor", "task", "repetition")
+TIMER_COLUMNS = (*TIMER_KEYS, *COUNTS, "deadline_ms", "response_max_ms", "bound_ms")
 HOT_PATH_FILE, RESPONSES_FILE, TIMERS_FILE = "hot_path.csv.gz", "responses.csv.gz", "timers.csv"
 CELLS_FILE = "cells.json"
-
-
-def traced_timers(path: Path) -> pd.DataFrame:
-    """The timers of a golden trace timers_only_PERCENT.EXECUTOR.csv."""
-    graph, executor = path.stem.split(".")
-    timers = pd.DataFrame(ask("golden", str(path))["tasks"])
-    worst = [response["max"] for response in timers["response_ms"]]
-    return timers.assign(
-        utilisation_percent=int(graph.split("_")[-1]), executor=executor, response_max_ms=worst
-    )
 
 
 class Reference:
     """Timers (as TimerRuns.counts) and hot path (ms) by executor; empty if not measured."""
 
     def __init__(self) -> None:
-        self.timers, self.hot_path = pd.DataFrame(), pd.DataFrame()
+        self.timers: Rows = []
+        self.hot_path: dict[str, dict[str, Any]] = {}
         folders = (PACKAGE.parents[1] / package / "ros2_reference" for package in PACKAGES)
         folder = next((folder for folder in folders if folder.is_dir()), None)
         if folder is None:
             return
-        names = {"released": "reached", "dropped": "skipped"}
-        timers = pd.read_csv(folder / "rclcpp_timers_only.csv").rename(columns=names)
-        traced = pd.concat(map(traced_timers, sorted((folder / "traces").glob("timers_only_*.csv"))))
-        counted = pd.concat([timers, traced[traced["executor"] == COUNTED_IN_TRACES]], ignore_index=True)
+        traced: Rows = []
+        for path in sorted((folder / "traces").glob("timers_only_*.csv")):
+            percent, executor = path.stem.removeprefix("timers_only_").split(".")
+            of = {"utilisation_percent": int(percent), "executor": executor}
+            timers = ask("golden", str(path))["tasks"]
+            traced += [timer | of | {"response_max_ms": timer["response_ms"]["max"]} for timer in timers]
+        counted = read_rows(folder / "rclcpp_timers_only.csv")
+        counted = [row | {"reached": row["released"], "skipped": row["dropped"]} for row in counted]
         # The authors' programs measure another response time, see the reference's README.
-        counted = counted.drop(columns="response_max_ms")
-        keys = ["utilisation_percent", "executor", "task"]
-        timers = counted.merge(traced[[*keys, "response_max_ms"]], on=keys, how="left")
-        timers["ran"] = timers["reached"] - timers["skipped"]
-        self.timers = timers.assign(study="timers", source=REAL, repetition=0)
-        autoware = pd.read_csv(folder / "rclcpp_autoware.csv")
-        autoware = autoware[autoware["crunch_limit"] == AUTOWARE_CRUNCH_LIMIT]
-        self.hot_path = autoware.set_index("executor")
+        keys = itemgetter("utilisation_percent", "executor", "task")
+        worst = {keys(row): {"response_max_ms": row["response_max_ms"]} for row in traced}
+        of_real = {"study": "timers", "source": REAL, "repetition": 0}
+        for row in [*counted, *(row for row in traced if row["executor"] == COUNTED_IN_TRACES)]:
+            ran = {"ran": row["reached"] - row["skipped"]}
+            self.timers.append(row | worst.get(keys(row), {"response_max_ms": None}) | of_real | ran)
+        autoware = read_rows(folder / "rclcpp_autoware.csv")
+        self.hot_path = {r["executor"]: r for r in autoware if r["crunch_limit"] == AUTOWARE_CRUNCH_LIMIT}
 
     def hot_path_ms(self, quantile: str) -> dict[str, float]:
         """By executor; `quantile` is p50, p90, p99 or max."""
-        values = self.hot_path.get(f"hot_path_{quantile}_ms", pd.Series(dtype=float))
-        return {str(executor): float(value) for executor, value in values.items()}
+        return {executor: row[f"hot_path_{quantile}_ms"] for executor, row in self.hot_path.items()}
 
 
 def base_name(executor: str) -> str:
@@ -83,12 +74,13 @@ def base_name(executor: str) -> str:
 
 @dataclass(eq=False)
 class Evidence:
-    """Frames with COLUMNS, and facts about cells and machine; samples without data are empty."""
+    """Measurements, and facts about cells and machine; samples without data are empty. Rows of `hot_path` and
+    `responses` are of a repetition, and have all values (ms) in the order of time."""
 
-    hot_path: pd.DataFrame
-    timers: pd.DataFrame
-    responses: pd.DataFrame
-    tables: dict[str, pd.DataFrame] = field(default_factory=dict)
+    hot_path: Rows = field(default_factory=list)
+    timers: Rows = field(default_factory=list)
+    responses: Rows = field(default_factory=list)
+    tables: dict[str, Rows] = field(default_factory=dict)
     cells: list[dict[str, Any]] = field(default_factory=list)  # facts of every cell
     machine: dict[str, Any] | None = None  # of the live cells
     mode: str = ""
@@ -97,7 +89,8 @@ class Evidence:
     @functools.cached_property
     def all_latencies(self) -> dict[tuple[str, str, int, str], Samples]:
         """{(study, source, load in percent, executor): hot-path latencies in ms}"""
-        return samples_by(self.hot_path, HOT_PATH_KEYS[:-1], "hot_path_ms")
+        found = grouped(self.hot_path, *HOT_PATH_KEYS[:-1])
+        return {k: Samples((r["hot_path_ms"] for r in of), k[1] == "simulated") for k, of in found.items()}
 
     def latencies(self, study: str, source: str, executor: str) -> Samples:
         """Hot-path latencies in ms at the paper's load."""
@@ -111,10 +104,10 @@ class Evidence:
     @functools.cache
     def timer_runs(self, study: str = "timers") -> TimerRuns:
         """The timers-only runs of a study; `timers` includes the real stack as a source."""
-        counts, responses = (frame[frame["study"] == study] for frame in (self.timers, self.responses))
-        if study == "timers":
-            counts = pd.concat([counts, self.reference.timers], ignore_index=True)
-        return TimerRuns(counts, responses)
+        counts = [*self.timers, *self.reference.timers]
+        return TimerRuns(
+            *([row for row in rows if row["study"] == study] for rows in (counts, self.responses))
+        )
 
     @property
     def live_cells(self) -> list[dict[str, Any]]:
@@ -131,7 +124,7 @@ class Evidence:
         cells = (c for c in self.marked_cells() if c["study"] == "timers")
         return {(c["load_percent"], c["executors"][0], c["repetition"]) for c in cells}
 
-    def table(self, name: str) -> pd.DataFrame:
+    def table(self, name: str) -> Rows:
         """A table of the analysis. Raises Missing if it does not exist."""
         if name not in self.tables:
             raise Missing
@@ -154,24 +147,22 @@ class Evidence:
     def store(self, folder: Path) -> None:
         """Writes all data behind figures, tables and claims."""
         make_folder(folder)
-        for name, file in (("hot_path", HOT_PATH_FILE), ("responses", RESPONSES_FILE)):
-            write_samples(getattr(self, name)[COLUMNS[name]], folder / file)
-        write_file(folder / TIMERS_FILE, self.timers.to_csv(index=False))
-        for name, table in self.tables.items():
-            write_file(folder / name, table.to_csv(index=False))
+        write_samples(self.hot_path, HOT_PATH_KEYS, "hot_path_ms", folder / HOT_PATH_FILE)
+        write_samples(self.responses, TIMER_KEYS, "response_ms", folder / RESPONSES_FILE)
+        for name, rows in {TIMERS_FILE: self.timers, **self.tables}.items():
+            write_file(folder / name, csv_text(rows, TIMER_COLUMNS if name == TIMERS_FILE else ()))
         write_json(folder / CELLS_FILE, self.cells)
 
 
 def collect(output: Path, cells: Iterable[Cell]) -> Evidence:
     """Evidence from complete cells."""
-    frames: dict[str, list[pd.DataFrame]] = {name: [] for name in COLUMNS}
-    made = Evidence(*(pd.DataFrame(columns=columns) for columns in COLUMNS.values()))
+    made = Evidence()
     for cell in cells:
         folder = output / "cells" / cell.name
         facts = read_json(folder / "cell.json")
         made.cells.append(facts)
         if cell.source == "analysis":
-            made.tables |= {f.name: read_table(f) for f in folder.iterdir() if f.name in COPIED_TABLES}
+            made.tables |= {f.name: read_rows(f) for f in folder.iterdir() if f.name in COPIED_TABLES}
             continue
         run = Run(folder)
         keys: dict[str, Any] = {"study": cell.study, "source": cell.source}
@@ -182,46 +173,44 @@ def collect(output: Path, cells: Iterable[Cell]) -> Evidence:
         facts["date"] = run.facts.get("date", "")
         if cell.study.startswith("timers"):
             keys["utilisation_percent"] = cell.load_percent
-            timers = run.timer_counts()[["executor", "task"]]
-            responses = run.responses().merge(timers)  # keeps the left frame's order
-            frames["responses"].append(responses.assign(**keys))
-            frames["timers"].append(run.timer_counts().assign(**keys | {"repetition": cell.repetition}))
+            counts = run.timer_counts()
+            timers = grouped(counts, "task")
+            made.timers += [row | keys | {"repetition": cell.repetition} for row in counts]
+            made.responses += [
+                r | keys | {"task": r["name"]} for r in run.samples("responses") if r["name"] in timers
+            ]
         else:
-            frame = run.latencies().assign(load_percent=cell.load_percent, **keys)
-            frames["hot_path"].append(frame.assign(executor=frame["executor"].map(base_name)))
-    for name, found in frames.items():
-        if found:
-            setattr(made, name, pd.concat(found, ignore_index=True)[COLUMNS[name]])
+            keys["load_percent"] = cell.load_percent
+            made.hot_path += [
+                r | keys | {"executor": base_name(r["executor"])} for r in run.samples("chains")
+            ]
     return made
 
 
-def write_samples(frame: pd.DataFrame, path: Path) -> None:
-    """Writes samples reproducibly; the last column is the value. Repeated values of a deterministic
-    simulation become one row with a count."""
-    value = frame.columns[-1]
-    texts = frame[value].map(lambda v: f"{v:.6f}".rstrip("0").rstrip("."))
-    frame = frame.assign(**{value: texts}, count=1)
-    simulated = frame["source"] == "simulated"
-    counted = frame[simulated].groupby(list(frame.columns[:-1]), sort=False, as_index=False)["count"].sum()
-    both = pd.concat([counted, frame[~simulated]])
-    write_file(path, gzip.compress(both.to_csv(index=False).encode(), 6, mtime=0))
+def write_samples(found: Rows, keys: Sequence[str], value: str, path: Path) -> None:
+    """Writes samples reproducibly. Repeated values of a deterministic simulation become one row with a count."""
+    rows: Rows = []
+    for row in found:
+        texts = [f"{ms:.6f}".rstrip("0").rstrip(".") for ms in row[value]]
+        counted = Counter(texts).items() if row["source"] == "simulated" else ((text, 1) for text in texts)
+        rows += [row | {value: text, "count": count} for text, count in counted]
+    write_file(path, gzip.compress(csv_text(rows, (*keys, value, "count")).encode(), 6, mtime=0))
 
 
-def read_samples(path: Path) -> pd.DataFrame:
-    """A file of samples, with a row per sample."""
-    frame = read_table(path, ["count"])
-    return frame.loc[frame.index.repeat(frame["count"])].drop(columns="count").reset_index(drop=True)
+def read_samples(path: Path, keys: Sequence[str], value: str) -> Rows:
+    """A file of samples."""
+    found = grouped(read_rows(path), *keys).values()
+    return [rows[0] | {value: [row[value] for row in rows for _ in range(row["count"])]} for rows in found]
 
 
 def stored(publication: Path) -> Evidence:
     """Reads the evidence of a published reproduction. Raises InputError."""
     data, facts = publication / "data", read_json(publication / "facts.json", "reproduce_paper.sh")
-    columns = COLUMNS["timers"]
     return Evidence(
-        read_samples(data / HOT_PATH_FILE),
-        read_table(data / TIMERS_FILE, columns[:-2], optional=columns[-2:]),
-        read_samples(data / RESPONSES_FILE),
-        {name: read_table(data / name) for name in COPIED_TABLES if (data / name).exists()},
+        read_samples(data / HOT_PATH_FILE, HOT_PATH_KEYS, "hot_path_ms"),
+        read_rows(data / TIMERS_FILE),
+        read_samples(data / RESPONSES_FILE, TIMER_KEYS, "response_ms"),
+        {name: read_rows(data / name) for name in COPIED_TABLES if (data / name).exists()},
         read_json(data / CELLS_FILE),
         facts["machine"],
         facts["mode"],

@@ -6,8 +6,6 @@ from collections.abc import Iterator
 from contextlib import suppress
 from itertools import product
 
-import pandas as pd
-
 from hotpath_report import style
 from hotpath_report.errors import Missing
 from hotpath_report.figures import bounds, hot_path, maps, timers, violins
@@ -18,7 +16,7 @@ from hotpath_report.paper.cells import EXECUTORS, PAPER_LOAD_PERCENT, UTILISATIO
 from hotpath_report.paper.checks import WITH_COST, need
 from hotpath_report.paper.evidence import Evidence
 from hotpath_report.run import SOURCES
-from hotpath_report.statistics import Samples, median, percent_of
+from hotpath_report.statistics import Samples, grouped, median, percent_of, total
 
 Parts = Iterator[Drawing | Table]
 SETS = {percent: f"{percent} % set" for percent in UTILISATIONS}
@@ -43,7 +41,7 @@ def hot_path_of(
         for quantile in ("p50", "p99", "max")
     )
     for executor in (name for name in names if name in worst_ms):
-        count = f"{evidence.reference.hot_path.loc[executor, 'samples']} / 1"
+        count = f"{evidence.reference.hot_path[executor]['samples']} / 1"
         texts = [f"{of[executor]:.1f}" for of in (median_ms, p99_ms, worst_ms, worst_ms)]
         slower = "" if executor == baseline else f"{worst_ms.get(baseline, 0) / worst_ms[executor]:.2f}"
         cells.append([executor, "real ROS 2", count, *texts, slower, "", ""])
@@ -60,15 +58,17 @@ def dropped_jobs(evidence: Evidence) -> Parts:
     need(evidence.timers)
     runs, rows = evidence.timer_runs(), []
     keys = ["source", "utilisation_percent", "executor", "task"]
-    sums = runs.counts.groupby(keys, as_index=False)[["reached", "skipped"]].sum()
-    sums["dropped_percent"] = list(map(percent_of, sums["skipped"], sums["reached"]))
-    yield Drawing(timers.drops(runs, SETS), sums.rename(columns={"skipped": "dropped"}))
+    table = []
+    for key, of in sorted(grouped(runs.counts, *keys).items()):
+        reached, dropped = total(of, "reached", "skipped")
+        sums = {"reached": reached, "dropped": dropped, "dropped_percent": percent_of(dropped, reached)}
+        table.append(dict(zip(keys, key)) | sums)
+    yield Drawing(timers.drops(runs, SETS), table)
     for executor, source, percent in product(EXECUTORS["timers"], SOURCES, UTILISATIONS):
-        counts = runs.rows(percent, source, executor)
-        if len(counts):
-            totals = [int(counts[what].sum()) for what in ("reached", "skipped")]
+        if counts := runs.rows(percent, source, executor):
+            numbers = total(counts, "reached", "skipped")
             shares = [f"{runs.drop_percent(percent, source, executor, g):.2f}" for g in (None, *GROUPS)]
-            rows.append([executor, source, f"{percent} %", *totals, *shares])
+            rows.append([executor, source, f"{percent} %", *numbers, *shares])
     header = ["executor", "source", "set", "timestamps", "dropped", "all %"]
     header += [f"{name} %" for name in GROUPS.values()]
     yield Table("Drop rates by group of timers", header, rows, folded=True)
@@ -76,7 +76,7 @@ def dropped_jobs(evidence: Evidence) -> Parts:
 
 def responses(evidence: Evidence, group: str) -> Parts:
     runs, rows = evidence.timer_runs(), []
-    need(runs.responses)
+    need(evidence.responses)
     # The exact analysis with the paper's release cost; under RM alone, as in the paper.
     with_cost = timers.bounds_of(evidence.timer_runs(WITH_COST))
     table = violins.percentile_table(
@@ -86,7 +86,7 @@ def responses(evidence: Evidence, group: str) -> Parts:
     yield Drawing(timers.responses(runs, group, SETS, with_cost), table)
     for executor, percent, source in product(EXECUTORS["timers"], UTILISATIONS, SOURCES):
         if samples := runs.samples(percent, source, executor, group):
-            late = int(runs.rows(percent, source, executor, group)["deadline_overruns"].sum())
+            late = sum(row["deadline_overruns"] for row in runs.rows(percent, source, executor, group))
             rows.append([executor, f"{percent} %", source, len(samples), *percentile_cells(samples), late])
     header = ["executor", "set", "source", "jobs", "median ms", "p99 ms", "worst ms", "late"]
     yield Table("Response times", header, rows, folded=True)
@@ -94,19 +94,17 @@ def responses(evidence: Evidence, group: str) -> Parts:
 
 def tightness(evidence: Evidence) -> Drawing:
     """Worst responses in percent of their bounds."""
-    with_cost = evidence.timer_runs(WITH_COST).counts
-    bound = with_cost[with_cost["executor"] == EXECUTORS["with_bounds"][0]][
-        ["utilisation_percent", "task", "bound_ms"]
-    ]
-    if set(bound["utilisation_percent"]) != set(UTILISATIONS):
+    with_cost, executors = evidence.timer_runs(WITH_COST).counts, EXECUTORS["with_bounds"]
+    bound = grouped((r for r in with_cost if r["executor"] == executors[0]), "utilisation_percent", "task")
+    if {percent for percent, _ in bound} != set(UTILISATIONS):
         raise Missing
-    live = evidence.timer_runs().counts.query("source == 'live'")
-    counts = pd.concat([with_cost.query("source == 'simulated'"), live])
-    counts = counts[counts["executor"].isin(EXECUTORS["with_bounds"])]
-    keys = ["source", "utilisation_percent", "executor", "task"]
-    worst = counts.groupby(keys, sort=False, as_index=False)["response_max_ms"].max()
-    table = worst.merge(bound, on=["utilisation_percent", "task"])
-    table["share_percent"] = 100 * table["response_max_ms"] / table["bound_ms"]
+    counts = [*with_cost, *(row for row in evidence.timer_runs().counts if row["source"] == "live")]
+    known = (row for row in counts if row["executor"] in executors and row["response_max_ms"])
+    keys, table = ("source", "utilisation_percent", "executor", "task"), []
+    for key, of in grouped(known, *keys).items():
+        worst, bound_ms = max(row["response_max_ms"] for row in of), bound[key[1], key[3]][0]["bound_ms"]
+        found = {"response_max_ms": worst, "bound_ms": bound_ms, "share_percent": 100 * worst / bound_ms}
+        table.append(dict(zip(keys, key)) | found)
     return Drawing(bounds.tightness(table), table)
 
 
@@ -115,12 +113,12 @@ def wcrt(evidence: Evidence) -> Parts:
     with suppress(Missing):
         yield tightness(evidence)
     rows = []
-    for (of, task), cells in evidence.table("wcrt_table.csv").groupby(["delta_of", "task"], sort=False):
-        cells = cells.sort_values("utilisation_percent")
-        texts = (cells["bound_ns"] / 1e6).map(lambda ms: "none" if ms != ms else f"{ms:.2f}")
+    table = sorted(evidence.table("wcrt_table.csv"), key=lambda row: row["utilisation_percent"])
+    for (of, task), cells in grouped(table, "delta_of", "task").items():
+        texts = [f"{row['bound_ns'] / 1e6:.2f}" if row["bound_ns"] else "none" for row in cells]
         if of == "paper":
-            texts = texts + cells["printed_ms"].map(lambda ms: f" ({ms:.2f})")
-        delta_us = cells["delta_ns"].iloc[0] / 1e3
+            texts = [f"{text} ({row['printed_ms']:.2f})" for text, row in zip(texts, cells)]
+        delta_us = cells[0]["delta_ns"] / 1e3
         rows.append([f"{of} ({delta_us:.{4 if delta_us < 1000 else 6}g} µs)", task, *texts])
     title = "Bounds in ms; in parentheses the paper's printed value"
     yield Table(title, ["δ of", "task", *SETS.values()], rows)
@@ -138,7 +136,8 @@ def reductions(evidence: Evidence) -> Parts:
             f"{r['median']:.1f} [{r['median_low']:.1f}, {r['median_high']:.1f}]",
             *(f"{value:.1f}" for value in (r["min"], r["max"], 100 * r["positive_share"])),
         ]
-        for _, r in summary[summary["method"].isin(list(bounds.METHODS))].iterrows()
+        for r in summary
+        if r["method"] in bounds.METHODS
     ]
     header = ["utilisation", "analysis of RM", "schedulable sets", "chains", "median %", "min %", "max %"]
     yield Table("Reduction of end-to-end bounds", [*header, "lower, % of chains"], rows)
@@ -148,7 +147,7 @@ def release_cost(evidence: Evidence) -> Parts:
     table = evidence.table("release_cost.csv")
     yield Drawing(bounds.release_cost(table, style.colour_of(EXECUTORS["with_bounds"][0])), table)
     delta, constant = bounds.fit_release_cost(table)
-    rows = table[["timers", "passes", "p50_ns", "p99_ns", "max_ns"]].to_numpy().tolist()
+    rows = [[row[column] for column in ("timers", "passes", "p50_ns", "p99_ns", "max_ns")] for row in table]
     title = f"Length of a pass: k = {constant:.0f} ns, δ = {delta:.0f} ns fit the medians"
     yield Table(title, ["timers", "passes", "median ns", "p99 ns", "max ns"], rows)
 
@@ -197,8 +196,6 @@ def over_phases(evidence: Evidence) -> Parts:
     draws = {(s, e): draws[s, e] for s, e in product(SOURCES, EXECUTORS["map"]) if (s, e) in draws}
     need(draws)
     creation = {e: s.worst for e in EXECUTORS["map"] if (s := evidence.latencies("autoware", "simulated", e))}
-    table = pd.DataFrame(
-        [[*key, k, *draw] for key, found in draws.items() for k, draw in enumerate(found)],
-        columns=["source", "executor", "draw", "median_ms", "worst_ms"],
-    )
+    columns = ("source", "executor", "draw", "median_ms", "worst_ms")
+    table = [dict(zip(columns, (*key, k, *of))) for key, found in draws.items() for k, of in enumerate(found)]
     yield Drawing(maps.over_phases(draws, creation, EXECUTORS["map"]), table)

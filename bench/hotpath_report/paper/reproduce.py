@@ -16,9 +16,9 @@ from typing import Any, TextIO
 
 from hotpath_report import hotpath_command
 from hotpath_report.errors import InputError, Interrupted, RunError, interruptible
+from hotpath_report.files import make_folder, write_json
 from hotpath_report.paper.cells import ITEMS, MODES, NAMES, Cell, all_cells, duration_text
 from hotpath_report.paper.runner import Runner, facts_of
-from hotpath_report.tables import make_folder, write_json
 
 SEED = 1
 SIMULATIONS_AT_ONCE = 2

@@ -8,12 +8,11 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from hotpath_report import statistics
 from hotpath_report.errors import Missing
 from hotpath_report.figures.timers import GROUPS
 from hotpath_report.figures.violins import Drawing, percentile_table
+from hotpath_report.files import Rows, csv_text, make_folder, write_file, write_json
 from hotpath_report.pages import interactive
 from hotpath_report.pages.interactive import Measured
 from hotpath_report.pages.text import environment
@@ -27,8 +26,7 @@ from hotpath_report.paper.claims import Verdict, judge
 from hotpath_report.paper.evidence import REAL, Evidence
 from hotpath_report.paper.runner import CAUSES
 from hotpath_report.run import SOURCES
-from hotpath_report.statistics import Estimate, Samples
-from hotpath_report.tables import make_folder, write_file, write_json
+from hotpath_report.statistics import Estimate, Samples, grouped
 
 OVER_LOAD = next(item.figure for item in ITEMS if item.shows == "over_load")
 # Figures at the top of the page.
@@ -115,9 +113,7 @@ def document(evidence: Evidence) -> dict[str, Any]:
     found, made = measured(evidence), []
     executors = {s: list(dict.fromkeys(e for _, of in found for e in of[k])) for k, s in enumerate(SOURCES)}
     data = interactive.of_samples(executors)
-    data["targets"] = [
-        interactive.target(what, interactive.of_series(of, data["series"])) for what, of in found
-    ]
+    data["targets"] = [interactive.target(what, of, data["series"]) for what, of in found]
     with suppress(Missing):
         points = parts_of.load_points(evidence)
         shown = [(source, e) for source, e in product(SOURCES, EXECUTORS["map"]) if (source, e) in points]
@@ -130,29 +126,27 @@ def document(evidence: Evidence) -> dict[str, Any]:
     return data | {"plots": made}
 
 
-def percentiles(evidence: Evidence) -> pd.DataFrame:
+def percentiles(evidence: Evidence) -> Rows:
     """A row per percentile of each distribution, with the cells behind it."""
     found = {("hot path", *key, ""): samples for key, samples in sorted(evidence.all_latencies.items())}
-    for study in sorted(set(evidence.timers["study"])):
+    for study in sorted(grouped(evidence.timers, "study")):
         runs = evidence.timer_runs(study)
-        keys = sorted(runs.counts.groupby(runs.KEY).groups, key=str)
+        keys = sorted(grouped(runs.counts, *runs.KEY), key=str)
         for (setting, source, executor), group in product(keys, GROUPS):
             samples = runs.samples(setting, source, executor, group)
             found["response", study, source, setting, executor, group] = samples
     names = ("quantity", "study", "source", "setting", "executor", "tasks")
     table = percentile_table((dict(zip(names, key)), samples) for key, samples in found.items())
-    if len(table):
-        cells = {key: evidence.names_of_cells((key[1],), key[2], key[4], key[3]) for key in found}
-        table["cells"] = [cells[key] for key in zip(*(table[name] for name in names))]
-        table["setting"] = table["setting"].map("{} %".format)
+    for row in table:
+        key = (row["study"],), row["source"], row["executor"], row["setting"]
+        row |= {"setting": f"{row['setting']} %", "cells": evidence.names_of_cells(*key)}
     return table
 
 
 def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, planned: int) -> list[Verdict]:
     """Writes page, figures, claims.json and percentiles into `folder`; returns the verdicts."""
     make_folder(folder / "data")
-    rows = percentiles(evidence).to_csv(index=False, float_format="%.6f")
-    write_file(folder / "data" / "percentiles.csv", rows)
+    write_file(folder / "data" / "percentiles.csv", csv_text(percentiles(evidence), fraction="%.6f"))
     verdicts = judge(evidence, items)
     write_json(folder / "claims.json", [v.as_json() for v in verdicts])
     made = sections(evidence, items)

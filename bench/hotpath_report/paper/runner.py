@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from hotpath_report.errors import InputError, RunError
+from hotpath_report.files import name_durably, read_json, write_json
 from hotpath_report.hotpath_command import ENDS_WITH_US
 from hotpath_report.paper.cells import FACTS, Cell
-from hotpath_report.tables import name_durably, read_json, write_json
 
 CAUSES = ("stolen", "throttled", "others")  # of disturbances: the kernel's counters in run.json
 

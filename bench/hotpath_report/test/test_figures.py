@@ -21,24 +21,17 @@ CHAINS_HEADER = "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_e
 
 
 def run_json(**changes: Any) -> Any:
-    facts = {
-        "command": ["simulate"],
-        "graph": {"name": "tiny"},
-        "transport": "intra_process",
-        "load_percent": 80,
-        "work": "cpu_time",
-        "phases": "creation",
-        "cpus": [0, 1, 2, 5],
-        "repetitions": 1,
-        "duration_s": 3,
-        "warm_up_s": 1,
-        "machine": {"cpu_model": "a processor", "kernel": "6.1"},
+    """The facts of a published run, changed to those of a tiny one."""
+    facts = json.loads((BENCH.parent / "results" / "hot_path" / "run.json").read_text(encoding="utf-8"))
+    facts["graph"]["name"] = "tiny"
+    facts["machine"] |= {"cpu_model": "a processor", "kernel": "6.1"}
+    facts["runs"] = [run for run in facts["runs"] if run["repetition"] == 0]
+    facts |= {"transport": "intra_process", "load_percent": 80, "cpus": [0, 1, 2, 5], "repetitions": 1}
+    facts |= {
         "executors": ["default", "rm-ro"],
         "limits": [{"label": "4 crunches (one core per branch)", "ms": 16.8}],
-        "complete": True,
     }
-    facts.update(changes)
-    return json.dumps(facts)
+    return json.dumps(facts | changes)
 
 
 def chain_rows(executor: str, latencies_ms: Iterable[float]) -> str:
@@ -134,11 +127,12 @@ class HotPath(FigureTest):
         facts = json.loads(run_json())
         del facts["machine"]["kernel"]
         for file, text, *parts in (
-            ("run.json", json.dumps(facts), "`machine.kernel` is missing"),
+            ("run.json", json.dumps(facts), "'kernel' not found"),
             ("chains.csv", CHAINS_HEADER, "chains.csv", "no rows"),
-            ("chains.csv", "executor,chain\n", "chains.csv:1", "`hot_path_latency_ns`"),
-            ("chains.csv", CHAINS_HEADER + "default,0,hot_path\n", "chains.csv:2", "`hot_path_latency_ns`"),
-            ("chains.csv", CHAINS_HEADER + "default,0,hot_path,1,fast,2\n", "chains.csv", "'fast'"),
+            ("chains.csv", "executor,chain\n", "chains.csv:1", "hot_path_latency_ns"),
+            ("chains.csv", CHAINS_HEADER + "default,0,hot_path\n", "chains.csv:2", "3 columns"),
+            ("chains.csv", CHAINS_HEADER + "default,0,hot_path,1,fast,2\n", "chains.csv:2", "`fast`"),
+            ("chains.csv", CHAINS_HEADER + "edf,0,hot_path,1,1,2\n", "edf (repetition 0) is not in this run"),
         ):
             self.write_run()
             self.write(file, text)
@@ -146,7 +140,9 @@ class HotPath(FigureTest):
 
     def test_a_recorded_run(self) -> None:
         """An imported run, whose transport and machine are unknown."""
-        facts = json.loads(run_json(kind="recorded", platform={"cores": 1}, executors=["default"]))
+        facts = json.loads((BENCH / "test" / "fuzz" / "run" / "run.json").read_text(encoding="utf-8"))
+        simulated = {key: facts[key] for key in ("platform", "execution_times")}
+        facts = json.loads(run_json(kind="recorded", executors=["default"], **simulated))
         for key in ("transport", "cpus", "machine"):
             del facts[key]
         self.write_run([35.4, 36, 58.6], [])

@@ -13,13 +13,13 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 from unittest import mock
 
 import browser
 import package
-import pandas as pd
 from hotpath_command import CommandTest
 
 from hotpath_report.paper import cells, checks
@@ -56,12 +56,21 @@ def finished_cells(output: Path) -> dict[Any, Any]:
     return {f.parent.name: f.stat().st_mtime_ns for f in Path(output).glob("cells/[!.]*/cell.json")}
 
 
-def as_if(frame: Any, study: str, executor: str, other: Any) -> Any:
-    """The frame with what `other` did in the study `timers` in place of an executor's rows of a
-    study."""
-    rows = frame[(frame["study"] == "timers") & (frame["executor"] == other)]
-    mine = (frame["study"] == study) & (frame["executor"] == executor)
-    return pd.concat([frame[~mine], rows.assign(study=study, executor=executor)], ignore_index=True)
+def with_executors(evidence: Any, study: str, names: dict[str, str]) -> Any:
+    """The evidence with what other executors did in the study `timers` in place of what these did in a study."""
+
+    def changed(rows: Any) -> Any:
+        kept = [row for row in rows if row["study"] != study or row["executor"] not in names]
+        of_timers = [row for row in rows if row["study"] == "timers"]
+        return kept + [
+            row | {"study": study, "executor": executor}
+            for executor, other in names.items()
+            for row in of_timers
+            if row["executor"] == other
+        ]
+
+    timers, responses = changed(evidence.timers), changed(evidence.responses)
+    return dataclasses.replace(evidence, timers=timers, responses=responses)
 
 
 class Simulated(CommandTest):
@@ -102,22 +111,15 @@ class Simulated(CommandTest):
         self.assertEqual(found["drops-events-ro"], NOT, "stock release-only never skips a timestamp")
 
     def test_results_of_a_wrong_executor_are_not_reproduced(self) -> None:
-        wrong = dataclasses.replace(self.evidence)
-        for name in ("timers", "responses"):
-            before = getattr(self.evidence, name)
-            frame = as_if(before, "timers_with_release_cost", "rm-ro", "default")
-            frame = as_if(frame, "timers", "rm-ro", "default")
-            ours = before[(before["study"] == "timers") & (before["executor"] == "rm-ro")]
-            ours = ours.assign(executor="default")
-            stock = (frame["study"] == "timers") & (frame["executor"] == "default")
-            setattr(wrong, name, pd.concat([frame[~stock], ours], ignore_index=True))
-        bounds = self.evidence.timers[self.evidence.timers["study"] == "timers_with_release_cost"]
-        bounds = bounds[bounds["executor"] == "rm-ro"].set_index(["utilisation_percent", "task"])["bound_ms"]
-        wrong.timers["bound_ms"] = [
-            bounds[key] for key in zip(wrong.timers["utilisation_percent"], wrong.timers["task"])
-        ]
-        exchanged = {"executor": {"rm-ro": "default", "default": "rm-ro"}}
-        wrong.hot_path = self.evidence.hot_path.replace(exchanged)
+        with_cost = "timers_with_release_cost"
+        wrong = with_executors(self.evidence, with_cost, {"rm-ro": "default"})
+        wrong = with_executors(wrong, "timers", {"rm-ro": "default", "default": "rm-ro"})
+        key = itemgetter("study", "executor", "utilisation_percent", "task")
+        bounds = {key(row): row["bound_ms"] for row in self.evidence.timers}
+        exact = [bounds[with_cost, "rm-ro", *key(row)[2:]] for row in wrong.timers]
+        wrong.timers = [row | {"bound_ms": ms} for row, ms in zip(wrong.timers, exact)]
+        names = {"rm-ro": "default", "default": "rm-ro"}
+        wrong.hot_path = [r | {"executor": names.get(r["executor"], r["executor"])} for r in wrong.hot_path]
         found = self.verdicts(wrong)
         claims = "no-drops drops-default bounds no-overruns imu-overruns-default lidar-pays slowdown"
         for claim in claims.split():
@@ -128,9 +130,8 @@ class Simulated(CommandTest):
         self.assertIn(f"static at most {imu.short}", imu.text, "default loses none")
 
     def test_few_live_samples_decide_nothing(self) -> None:
-        brief = dataclasses.replace(self.evidence)
-        few = brief.hot_path.groupby(["study", "executor"]).head(20).assign(source="live")
-        brief.hot_path = pd.concat([brief.hot_path, few], ignore_index=True)
+        few = [r | {"source": "live", "hot_path_ms": r["hot_path_ms"][:20]} for r in self.evidence.hot_path]
+        brief = dataclasses.replace(self.evidence, hot_path=self.evidence.hot_path + few)
         found: Any = {v.claim.name: v for v in judge(brief)}["best-worst-case"]
         self.assertEqual(found.findings["live"].verdict, NO_DATA)
         self.assertEqual(found.verdict, REPRODUCED)
@@ -140,16 +141,16 @@ class Simulated(CommandTest):
         facts: dict[str, Any] = {"study": "timers", "source": "live", "executors": ["rm-ro"]}
         facts |= {"load_percent": 60, "repetition": 0, "name": "live.timers.60.rm-ro.1"}
         live.cells = [{**facts, "noise": {"marks": ["x"]}}]
-        timers = self.evidence.timers[self.evidence.timers["study"] == "timers"].assign(source="live")
-        here = (
-            (timers["utilisation_percent"] == 60)
-            & (timers["executor"] == "rm-ro")
-            & timers["task"].str.contains("IMU")
+        timers = [row | {"source": "live"} for row in self.evidence.timers if row["study"] == "timers"]
+        here: Any
+        (here,) = (
+            row
+            for row in timers
+            if (row["utilisation_percent"], row["executor"]) == (60, "rm-ro") and "IMU" in row["task"]
         )
-        for lost, verdict in ((0, REPRODUCED), (1, PARTLY), (int(timers[here]["reached"].iloc[0]) // 2, NOT)):
-            timers.loc[here, "skipped"] = lost
-            timers_of_both = pd.concat([self.evidence.timers, timers], ignore_index=True)
-            live = dataclasses.replace(live, timers=timers_of_both)
+        for lost, verdict in ((0, REPRODUCED), (1, PARTLY), (here["reached"] // 2, NOT)):
+            here["skipped"] = lost
+            live = dataclasses.replace(live, timers=[*self.evidence.timers, *timers])
             found: Any = {v.claim.name: v for v in judge(live)}["no-drops"].findings
             self.assertEqual(found["simulated"].verdict, REPRODUCED)
             self.assertEqual(found["live"].verdict, verdict, lost)
@@ -161,7 +162,7 @@ class Simulated(CommandTest):
         key = ("autoware", "simulated", "rm-ro")
         written, read = (e.latencies(*key).pooled for e in (self.evidence, stored))
         self.assertEqual(sorted(read), sorted(round(v, 6) for v in written))
-        pd.testing.assert_frame_equal(stored.timers, self.evidence.timers, check_dtype=False)
+        self.assertEqual(stored.timers, self.evidence.timers)
 
     def test_claims_are_judged_again_from_stored_data(self) -> None:
         # Figures are not compared: drawing them takes most of the time.
@@ -189,12 +190,10 @@ class Simulated(CommandTest):
     def test_compare_results_sees_another_executor(self) -> None:
         other = self.folder / "other"
         shutil.copytree(self.output / "data", other / "data")
-        changed = dataclasses.replace(self.evidence)
-        frame = changed.hot_path
-        default = frame[frame["executor"] == "default"].assign(executor="rm-ro")
-        changed.hot_path = pd.concat([frame[frame["executor"] != "rm-ro"], default], ignore_index=True)
-        for name in ("timers", "responses"):
-            setattr(changed, name, as_if(getattr(changed, name), "timers", "rm-ro", "default"))
+        changed = with_executors(self.evidence, "timers", {"rm-ro": "default"})
+        kept = [row for row in changed.hot_path if row["executor"] != "rm-ro"]
+        default = [row | {"executor": "rm-ro"} for row in kept if row["executor"] == "default"]
+        changed.hot_path = kept + default
         changed.store(other / "data")
         claims = json.loads((self.output / "claims.json").read_text(encoding="utf-8"))
         (other / "claims.json").write_text(json.dumps([{**c, "verdict": NOT} for c in claims]))

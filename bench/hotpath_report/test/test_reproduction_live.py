@@ -38,8 +38,8 @@ class Live(unittest.TestCase):
         self.assertIn(str(cpu), facts["command"])
         self.assertFalse(runner_of.Runner(HOTPATH, "another build", output, [cpu]).complete(cell))
         found = evidence_of.collect(output, [cell])
-        self.assertEqual(set(found.timers["source"]), {"live"})
-        self.assertEqual(set(found.timers["repetition"]), {cell.repetition})
+        self.assertEqual({row["source"] for row in found.timers}, {"live"})
+        self.assertEqual({row["repetition"] for row in found.timers}, {cell.repetition})
         self.assertGreater(len(found.responses), 0)
 
     def test_a_failed_cell_leaves_a_message_and_no_folder(self) -> None:

@@ -5,6 +5,7 @@ import json
 import tempfile
 import unittest
 from collections.abc import Iterable
+from itertools import product
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -23,20 +24,17 @@ class SweepFigures(unittest.TestCase):
         self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
 
     def write(self, chain: str = "path", axes: Iterable[Any] = ("load", "phases")) -> None:
-        rows, cell = [COLUMNS], 0
-        for load in (20, 40, 60):
-            for executor in ("default", "rm-ro"):
-                for repetition in range(3):
-                    failed = load == 60 and executor == "default"
-                    value = load / 2 + repetition
-                    measures = [value, 2 * value, load - 20, 0.5, 0]
-                    row = [cell, load, "random", repetition, 1, "overloaded" if failed else "", executor]
-                    row += [""] * 6 if failed else [chain, *measures]
-                    rows.append(",".join(map(str, row)))
-                    cell += 1
-        rows = [r[:-1] if r.endswith(",,,,,") else r for r in rows]
-        (self.folder / "table.csv").write_text("\n".join(rows) + "\n")
-        facts = {"version": VERSION, "axes": axes, "repetitions": 3}
+        rows: list[list[Any]] = []
+        for load, executor, repetition in product((20, 40, 60), ("default", "rm-ro"), range(3)):
+            failed = load == 60 and executor == "default"
+            value = load / 2 + repetition
+            measures: list[Any] = (
+                [None] * 6 if failed else [chain or None, value, 2 * value, load - 20, 0.5, 0]
+            )
+            cell = [len(rows), load, "random", repetition, 1, "overloaded" if failed else None, executor]
+            rows.append([*cell, *measures])
+        facts = {"version": VERSION, "axes": axes, "repetitions": 3, "cells": len(rows)}
+        facts |= {"columns": COLUMNS.split(","), "rows": rows}
         (self.folder / "sweep.json").write_text(json.dumps(facts))
 
     def lines(self) -> tuple[list[Any], str]:
@@ -77,10 +75,11 @@ class SweepFigures(unittest.TestCase):
     def test_capacity_is_drawn_as_a_bar(self) -> None:
         of_latencies = [f"{of}_{part}ms" for of in sweep_page.LATENCIES for part in ("", "low_", "high_")]
         measures = ["lost", "deadline_overruns", "response_share_max", *of_latencies]
-        lines = [",".join(["executor,source,load,holds,capacity,why", *measures])]
-        lines += [f"rm-ro,simulated,{load},{int(load != 30)},{int(load == 20)}," for load in (10, 20, 30, 40)]
-        lines += ["rm-ro,analysis,10,1,1,"]
-        (self.folder / "levels.csv").write_text("\n".join(lines) + "\n")
+        columns = ["executor", "source", "load", "holds", "capacity", "why", *measures]
+        rows = [["rm-ro", "simulated", load, int(load != 30), int(load == 20)] for load in (10, 20, 30, 40)]
+        rows = [row + [None] * (len(measures) + 1) for row in [*rows, ["rm-ro", "analysis", 10, 1, 1]]]
+        found = {"version": VERSION, "over": "load", "columns": columns, "rows": rows}
+        (self.folder / "capacity.json").write_text(json.dumps(found))
         with patch.object(style, "save") as save:
             sweep_page.write_capacity(str(self.folder))
         (axes,) = save.call_args[0][0].axes

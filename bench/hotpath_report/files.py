@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads and writes CSV and JSON, with errors that name file and line."""
+"""Reads and writes documents and the data of a reproduction, with errors that name the file."""
 
+import contextlib
+import csv
 import errno
 import gzip
+import io
 import json
 import os
 import stat
@@ -11,15 +14,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from hotpath_report.errors import READ, InputError, RunError
 from hotpath_report.hotpath_command import VERSION
 from hotpath_report.shown_text import printable, printable_content
 
 NS_PER_MS = 1e6
-LONGEST_HEADER = 10_000
-NAMES = ("executor", "chain", "task")  # text columns, even if every name is a number
+Rows = list[dict[str, Any]]  # of a table, by column
 
 
 def check_regular(path: Path) -> None:
@@ -27,19 +27,6 @@ def check_regular(path: Path) -> None:
     if not stat.S_ISREG(path.stat().st_mode):
         raise OSError(errno.EINVAL, "it is not a regular file")
     READ.append(path)
-
-
-def check_lines(path: Path) -> None:
-    """Raises InputError for a first line too long for a header, with which pandas would spend
-    hours, and for an incomplete last line, whose missing columns pandas would read as empty."""
-    compressed = path.suffix == ".gz"
-    with gzip.open(path) if compressed else path.open("rb") as file:
-        if len(file.readline(LONGEST_HEADER)) == LONGEST_HEADER:
-            raise InputError(f"{path}:1: the header has more than {LONGEST_HEADER} bytes")
-        if not compressed and file.seek(0, os.SEEK_END) > 0:
-            file.seek(-1, os.SEEK_END)
-            if file.read() != b"\n":
-                raise InputError(f"{path}: ends too early, within a line")
 
 
 def unreadable(path: Path, error: OSError, made_by: str = "hotpath") -> InputError:
@@ -73,31 +60,37 @@ def read_document(path: Path, made_by: str) -> dict[str, Any]:
     return document
 
 
-def read_table(path: Path, columns: Sequence[str] = (), optional: Sequence[str] = ()) -> pd.DataFrame:
-    """A CSV file, compressed if named .gz. All `columns` must exist and have a
-    value in each row; `optional` columns must exist. Named columns ending in _ns must be numbers.
-    Raises InputError."""
-    named = [*columns, *optional]
-    kinds: Any = dict.fromkeys(NAMES, str) | {name: float for name in named if name.endswith("_ns")}
+def value_of(field: str) -> Any:
+    """A field of a CSV file: a number, a text, or None if it is empty."""
+    for kind in (int, float):
+        with contextlib.suppress(ValueError):
+            return kind(field)
+    return printable(field) if field else None
+
+
+def read_rows(path: Path) -> Rows:
+    """A CSV file, compressed if named .gz. Raises InputError."""
     try:
         check_regular(path)
-        check_lines(path)
-        frame = pd.read_csv(path, dtype=kinds, keep_default_na=False, na_values="")
-    except (EOFError, zlib.error, ValueError) as error:
+        content = gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes()
+        found = csv.DictReader(io.StringIO(content.decode(), newline=""), restval="", strict=True)
+        return [{name: value_of(field) for name, field in row.items()} for row in found]
+    except (EOFError, zlib.error, ValueError, csv.Error) as error:
         raise InputError(f"{path}: ends too early, or is damaged: {error}") from None
     except OSError as error:
         raise unreadable(path, error) from None
-    for name in named:
-        if name not in frame:
-            raise InputError(f"{path}:1: column `{name}` is missing from the header")
-    for name in columns:
-        if frame[name].isna().any():
-            raise InputError(f"{path}:{frame[name].isna().argmax() + 2}: no `{name}`")
-    for name in frame.columns[frame.dtypes == object]:
-        shown = {text: printable(text) for text in frame[name].unique() if isinstance(text, str)}
-        if any(text != it for text, it in shown.items()):
-            frame[name] = frame[name].map(shown)
-    return frame
+
+
+def csv_text(rows: Rows, columns: Sequence[str] = (), fraction: str = "") -> str:
+    """Rows as CSV, by default with all columns. `fraction`: format of the numbers of a column with any fractions."""
+    names, stream = columns or list(dict.fromkeys(name for row in rows for name in row)), io.StringIO()
+    texts = []
+    for name in names:
+        values = [None if (v := row.get(name)) != v else v for row in rows]
+        whole = all(isinstance(v, (int, str)) for v in values) or not fraction
+        texts.append([v if whole or v is None or isinstance(v, str) else fraction % v for v in values])
+    csv.writer(stream, lineterminator="\n").writerows([names, *zip(*texts)])
+    return stream.getvalue()
 
 
 def sync(path: Path) -> None:
