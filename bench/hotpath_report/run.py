@@ -108,8 +108,8 @@ class Run:
     def samples(self, of: str) -> Rows:
         """Samples after the warm-up, by executor and repetition: of `chains` in the columns `hot_path_ms` and `age_ms`,
         or the `responses` of tasks in `response_ms`. Raises InputError without them."""
-        rows = ask(of, str(self.folder))
-        rows = [row | {name: printable(row[name]) for name in ("name", "executor")} for row in rows]
+        found = ask(of, str(self.folder))
+        rows = (row | {k: printable(row[k]) for k in ("name", "executor")} for row in found)
         return sorted(rows, key=lambda row: (self.executors.index(row["executor"]), row["repetition"]))
 
     def has_summary(self) -> bool:

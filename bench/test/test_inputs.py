@@ -102,19 +102,8 @@ def make_inputs(hotpath: Any) -> Any:
     call(hotpath, folder, "export", "ctf", "autoware", "--output", "exported")
     (folder / "cie.yaml").write_text(call(hotpath, folder, "graph", "autoware", "--as", "cie"))
     call(hotpath, folder, "sweep", "sweep.yaml", "--output", "swept")
-    call(
-        hotpath,
-        folder,
-        "capacity",
-        "--executors",
-        "rm-ro",
-        "--duration",
-        1,
-        "--resolution",
-        20,
-        "--output",
-        "capacity",
-    )
+    words = "--executors rm-ro --duration 1 --resolution 20 --output capacity"
+    call(hotpath, folder, "capacity", *words.split())
     brief = ("--repetitions", 1, "--duration", 1)
     call(hotpath, folder, "advise", "sequences", "--output", "advice", *brief)
     call(hotpath, folder, "paper", "golden", "--output", "validation")

@@ -39,19 +39,17 @@ def mark(source: str, executor: str) -> dict[str, str]:
 def tightness(table: Rows) -> Figure:
     """Worst responses in % of their bounds: source, setting, executor, task, share_percent."""
     of_setting, executors = grouped(table, "utilisation_percent"), list(grouped(table, "executor"))
-    settings = sorted(of_setting)
-    figure, panels = style.new_figure(3.3, 1, len(settings), share_y=True)
-    for axes, setting in zip(panels, settings):
-        tasks = list(grouped(of_setting[setting], "task"))
-        for (source, executor), rows in grouped(of_setting[setting], "source", "executor").items():
+    figure, panels = style.new_figure(3.3, 1, len(of_setting), share_y=True)
+    for axes, (setting, here) in zip(panels, sorted(of_setting.items())):
+        tasks = list(grouped(here, "task"))
+        for (source, executor), rows in grouped(here, "source", "executor").items():
             shift = 0.28 * (executors.index(executor) - (len(executors) - 1) / 2)
             places = [tasks.index(task) + shift for task in column(rows, "task")]
             axes.plot(column(rows, "share_percent"), places, markersize=6, zorder=3, **mark(source, executor))
         axes.axvline(100, color=INK, linewidth=1.3, linestyle=style.DASHED)
         look = {"title": f"{setting} % set", "xlabel": "worst response (% of its bound)"}
         style.rows_of_labels(axes, tasks, xlim=(0, max(108, axes.get_xlim()[1])), **look)
-    pairs = grouped(table, "source", "executor")
-    handles = [style.dot(f"{executor}, {source}", **mark(source, executor)) for source, executor in pairs]
+    handles = [style.dot(f"{e}, {s}", **mark(s, e)) for s, e in grouped(table, "source", "executor")]
     style.add_key(figure, handles, 4)
     return figure
 
@@ -60,9 +58,8 @@ def draw_methods(axes: Axes, bins: Rows) -> None:
     """Draws the paper's method filled and tighter methods as outlines."""
     of_method = grouped(bins, "method")
     for (method, name), colour in zip(METHODS.items(), SERIES):
-        if method not in of_method:
+        if not (rows := of_method.get(method)):
             continue
-        rows = of_method[method]
         edges, chains = [*column(rows, "low_percent"), rows[-1]["high_percent"]], column(rows, "chains")
         if method == PAPER:
             axes.stairs(chains, edges, fill=True, color=colour, alpha=0.75, label=name, zorder=2)
@@ -78,10 +75,9 @@ def draw_methods(axes: Axes, bins: Rows) -> None:
 def reductions(histogram: Rows, summary: Rows) -> Figure:
     """Histograms of reductions: a panel per utilisation."""
     bins = grouped(histogram, "utilisation")
-    utilisations = sorted(bins)
-    figure, panels = style.new_figure(2.3, len(utilisations))
-    for axes, utilisation in zip(panels, utilisations):
-        draw_methods(axes, bins[utilisation])
+    figure, panels = style.new_figure(2.3, len(bins))
+    for axes, (utilisation, here) in zip(panels, sorted(bins.items())):
+        draw_methods(axes, here)
         axes.set_title(f"utilisation {100 * utilisation:.0f} %")
         (facts,) = grouped(summary, "utilisation", "method")[utilisation, PAPER]
         text = f"{facts['chains']} chains of {facts['schedulable']} of {facts['sets']} sets\n"

@@ -68,8 +68,7 @@ def rows_of_runs(frames: Sequence[dict[str, Samples]], runs: Sequence[Run]) -> l
 def draw_run(folder: str) -> None:
     """Writes hot_path.svg and .png into a run folder. Raises InputError."""
     run = Run(folder)
-    outputs = run.samples("chains")
-    if not outputs:
+    if not (outputs := run.samples("chains")):
         why = "the run was shorter than its warm-up, or its graph declares no chain"
         raise InputError(f"{run.folder / 'chains.csv'}: no rows; {why}")
     aged = all(None not in row["age_ms"] for row in outputs)

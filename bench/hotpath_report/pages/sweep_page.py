@@ -104,8 +104,7 @@ def lines(plots: Plots, executors: list[str]) -> Figure:
 
 def write(folder: str) -> None:
     """Draws the figure of a sweep, and writes report.html and report.md. Raises InputError."""
-    path = Path(folder) / "sweep.json"
-    facts = read_document(path, "hotpath sweep")
+    facts = read_document(Path(folder) / "sweep.json", "hotpath sweep")
     rows = rows_of(facts)
     failed = sum(row["failure"] is not None for row in rows)
     chain = next((row["chain"] for row in rows if row["chain"]), None)
@@ -113,7 +112,7 @@ def write(folder: str) -> None:
     axes = [axis for axis in facts["axes"] if len(grouped(rows, axis)) > 1]
     x = next((axis for axis in axes if not any(isinstance(row[axis], str) for row in rows)), "")
     if not x:
-        raise InputError(f"{path}: no numeric axis to draw over")
+        raise InputError(f"{folder}: no numeric axis to draw over")
     subtitle = f"{f'chain {chain} · ' if chain else ''}over {', '.join(axes)} · "
     subtitle += f"{facts['cells']} cells, {facts['repetitions']} repetitions"
     subtitle += f" · {failed} cells not finished (overload)" if failed else ""
@@ -148,17 +147,15 @@ def write(folder: str) -> None:
 def draw_row(axes: Axes, y: float, executor: str, rows: Rows, over: str) -> None:
     """Bar: capacity; dots: passing levels; crosses: failing levels; triangle: analysis."""
     colour = style.colour_of(executor)
+    looks = {ANALYSIS: (0.36, "^", INK, 6), 1: (0, "o", colour, 4), 0: (0, "x", WARNING, 4)}
     for row in rows:
-        shift, marker, mark_colour = 0.0, *(("o", colour) if row["holds"] else ("x", WARNING))
-        if row["source"] == ANALYSIS:
-            if not row["capacity"]:
-                continue
-            shift, marker, mark_colour = 0.36, "^", INK
-        elif row["capacity"]:
+        is_bound = row["source"] == ANALYSIS
+        if row["capacity"] and not is_bound:
             axes.barh(y, row[over], height=0.5, color=colour, alpha=0.3, linewidth=0)
             style.note(axes, f"{row[over]:g}", (row[over], y - 0.33), (0, 0), ha="right")
-        size = 6 if marker == "^" else 4
-        axes.plot([row[over]], [y + shift], marker, color=mark_colour, markersize=size)
+        if row["capacity"] or not is_bound:
+            shift, marker, look, size = looks[ANALYSIS if is_bound else row["holds"]]
+            axes.plot([row[over]], [y + shift], marker, color=look, markersize=size)
 
 
 def levels(rows: Rows, over: str) -> Figure:

@@ -48,8 +48,8 @@ class Reference:
         for path in sorted((folder / "traces").glob("timers_only_*.csv")):
             percent, executor = path.stem.removeprefix("timers_only_").split(".")
             of = {"utilisation_percent": int(percent), "executor": executor}
-            timers = ask("golden", str(path))["tasks"]
-            traced += [timer | of | {"response_max_ms": timer["response_ms"]["max"]} for timer in timers]
+            for timer in ask("golden", str(path))["tasks"]:
+                traced.append(timer | of | {"response_max_ms": timer["response_ms"]["max"]})
         counted = read_rows(folder / "rclcpp_timers_only.csv")
         counted = [row | {"reached": row["released"], "skipped": row["dropped"]} for row in counted]
         # The authors' programs measure another response time, see the reference's README.
