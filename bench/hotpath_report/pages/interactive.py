@@ -26,7 +26,6 @@ ENDS = ("value", "low", "high")
 Series = Sequence[dict[str, Any]]
 Bounds = dict[tuple[str, str, str], float]  # ms by executor, kind (chain or task) and name
 
-
 # What a distribution is of: kind (chain or task), name, title, measure, and the id of its violins or nothing; and the
 # samples (ms) by executor in each run.
 Measured = tuple[dict[str, str], Sequence[Mapping[str, Samples]]]
