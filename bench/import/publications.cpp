@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <map>
 #include <set>
 #include <utility>
@@ -30,6 +29,12 @@ struct Seen {
 
 bool contains(const Callbacks& all, std::uint32_t one) { return std::ranges::find(all, one) != all.end(); }
 
+std::vector<std::string> topics_of(const tracing::System& system, const Callbacks& subscriptions) {
+  std::vector<std::string> names;
+  for (const std::uint32_t c : subscriptions) names.push_back(system.topics[system.callbacks[c].topic].name);
+  return names;
+}
+
 /// A topic that a node publishes.
 class TopicOfNode {
  public:
@@ -41,6 +46,7 @@ class TopicOfNode {
       const auto messages =
           static_cast<std::uint64_t>(std::ranges::count(job->published, topic, &tracing::Publication::topic));
       seen_.push_back({job->ref.callback, messages});
+      publishing_ += messages > 0;
       if (messages > 0) publishers.insert(job->ref.callback);
       if (messages < job->published.size()) has_others_.insert(job->ref.callback);
     }
@@ -50,7 +56,7 @@ class TopicOfNode {
   }
 
   InferredRule best() {
-    add({.rule = PublishRule::always}, explained([&](const Seen& s) { return publishes(s.callback); }));
+    add({.rule = PublishRule::always});
     if (publishers_.size() == 1) add_every();
     if (std::ranges::all_of(publishers_, [&](std::uint32_t c) { return is_subscription(c); })) add_sets();
     const auto most = std::ranges::max(candidates_, {}, &InferredRule::explained).explained;
@@ -68,50 +74,56 @@ class TopicOfNode {
   bool is_subscription(std::uint32_t c) const {
     return system_.callbacks[c].kind == tracing::CallbackKind::subscription;
   }
-  bool publishes(std::uint32_t c) const { return contains(publishers_, c); }
+  auto jobs_of(std::uint32_t c) const { return std::ranges::count(seen_, c, &Seen::callback); }
 
   /// Among equal rules the larger set wins; a set with an input that publishes other topics loses, and so
   /// does one with an input that had many chances to complete it.
   std::ptrdiff_t worth(const InferredRule& rule) const {
-    const auto messages = std::ranges::count_if(seen_, [](const Seen& s) { return s.messages > 0; });
     const bool foreign = std::ranges::any_of(rule.of, [&](std::uint32_t c) {
-      const auto jobs = static_cast<double>(std::ranges::count(seen_, c, &Seen::callback));
-      return !publishes(c) && (has_others_.contains(c) || jobs > kOutpaced * static_cast<double>(messages));
+      const bool outpaced = static_cast<double>(jobs_of(c)) > kOutpaced * static_cast<double>(publishing_);
+      return !contains(publishers_, c) && (has_others_.contains(c) || outpaced);
     });
     return foreign ? -1 : std::ssize(rule.of);
   }
 
-  /// The number of jobs that publish if and only if they are due, in their order.
-  std::uint64_t explained(const std::function<bool(const Seen&)>& is_due) const {
-    std::uint64_t explained = 0;
-    for (const Seen& s : seen_) explained += is_due(s) == (s.messages > 0);
+  /// The number of jobs that publish if and only if the rule makes them due.
+  std::uint64_t explained(const InferredRule& rule) const {
+    const bool set = rule.rule == PublishRule::all_new;
+    std::set<std::uint32_t> fresh;  // members of the set with new samples
+    std::uint64_t explained = 0, number = 0;
+    for (const Seen& s : seen_) {
+      bool is_due = contains(set ? rule.of : publishers_, s.callback);
+      if (is_due && set) {
+        fresh.insert(s.callback);
+        is_due = fresh.size() == rule.of.size();
+        if (is_due || s.messages > 0) fresh.clear();
+      } else if (is_due && rule.rule == PublishRule::every) {
+        is_due = number++ % rule.n + 1 == rule.first;
+      }
+      explained += is_due == (s.messages > 0);
+    }
     return explained;
   }
 
-  void add(InferredRule rule, std::uint64_t explained) {
+  void add(InferredRule rule) {
     rule.topic = topic_;
     rule.publishers = publishers_;
     rule.jobs = seen_.size();
-    rule.explained = explained;
+    rule.explained = explained(rule);
     rule.most_in_a_job = std::ranges::max(seen_, {}, &Seen::messages).messages;
     candidates_.push_back(std::move(rule));
   }
 
   void add_every() {
     const std::uint32_t publisher = publishers_.front();
-    const auto jobs = std::ranges::count(seen_, publisher, &Seen::callback);
-    const auto published = std::ranges::count_if(seen_, [](const Seen& s) { return s.messages > 0; });
-    const auto n = static_cast<std::uint32_t>((jobs + published / 2) / published);
+    const auto n = static_cast<std::uint32_t>((jobs_of(publisher) + publishing_ / 2) / publishing_);
     if (n < 2) return;
     std::vector<std::uint64_t> messages(n, 0);  // by place: a trace may begin between two messages
     std::size_t number = 0;
     for (const Seen& s : seen_)
       if (s.callback == publisher) messages[number++ % n] += s.messages > 0;
     const auto place = static_cast<std::uint32_t>(std::ranges::max_element(messages) - messages.begin());
-    const auto is_due = [&, job = 0U](const Seen& s) mutable {
-      return s.callback == publisher && job++ % n == place;
-    };
-    add({.rule = PublishRule::every, .n = n, .first = place + 1}, explained(is_due));
+    add({.rule = PublishRule::every, .n = n, .first = place + 1});
   }
 
   void add_sets() {
@@ -131,22 +143,14 @@ class TopicOfNode {
   /// Adds the set of the publishers and these inputs.
   void add_set(Callbacks set) {
     set.insert(set.end(), publishers_.begin(), publishers_.end());
-    if (set.size() < 2) return;
     std::ranges::sort(set);
-    const auto is_due = [&, fresh = std::set<std::uint32_t>()](const Seen& s) mutable {
-      if (!contains(set, s.callback)) return false;
-      fresh.insert(s.callback);
-      const bool complete = fresh.size() == set.size();
-      if (complete || s.messages > 0) fresh.clear();
-      return complete;
-    };
-    const std::uint64_t jobs = explained(is_due);
-    add({.rule = PublishRule::all_new, .of = std::move(set)}, jobs);
+    if (set.size() > 1) add({.rule = PublishRule::all_new, .of = std::move(set)});
   }
 
   const tracing::System& system_;
   const std::uint32_t topic_;
-  std::vector<Seen> seen_;  // not empty
+  std::vector<Seen> seen_;         // not empty
+  std::ptrdiff_t publishing_ = 0;  // of these
   Callbacks publishers_, other_inputs_;
   std::set<std::uint32_t> has_others_;  // callbacks that also publish other topics
   std::vector<InferredRule> candidates_;
@@ -265,9 +269,7 @@ std::vector<InferredRule> infer_rules(const tracing::System& system, std::span<c
 }
 
 std::string rule_text(const tracing::System& system, const InferredRule& rule) {
-  std::vector<std::string> names;
-  for (const std::uint32_t c : rule.of) names.push_back(system.topics[system.callbacks[c].topic].name);
-  const std::string topics = program::joined(names);
+  const std::string topics = program::joined(topics_of(system, rule.of));
   switch (rule.rule) {
     case PublishRule::always:
       return "with every job";
@@ -308,11 +310,8 @@ EarlyPublications early_publications(std::span<const tracing::Job> jobs) {
 std::vector<std::string> unmodelled(const tracing::System& system, const RecordedGraph& graph) {
   std::vector<std::string> all;
   for (const auto& [node, of] : synchronisers(system, graph)) {
-    std::vector<std::string> topics;
-    topics.reserve(of.size());
-    for (const std::uint32_t c : of) topics.push_back(system.topics[system.callbacks[c].topic].name);
     all.push_back(program::concat(
-        "Node ", system.nodes[node], " passes ", program::joined(topics, ", "),
+        "Node ", system.nodes[node], " passes ", program::joined(topics_of(system, of)),
         " through message_filters, which may hold them until later ones arrive; the graph does not."));
   }
   for (const InferredRule& rule : graph.rules) {
