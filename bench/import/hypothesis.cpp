@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <map>
 #include <numeric>
 #include <set>
+#include <tuple>
 
 #include "program/text.hpp"
 #include "setup/executor_spec.hpp"
@@ -12,6 +14,30 @@
 namespace hotpath::imports {
 
 namespace {
+
+/// Marks the decisions at which a task was ready that ran later.
+void find_contests(const TaskSet& set, RecordedSteps& recorded) {
+  std::vector<std::size_t> started(set.size(), 0);
+  std::vector<int> running(set.groups.size(), 0);
+  std::vector<Time> free(recorded.ready_on.size(), Time::min());
+  for (RecordedStep& step : recorded.steps) {
+    if (step.kind == RecordedStep::Kind::arrival) continue;
+    const bool exclusive = set.groups[set[step.task].group] == CallbackGroup::mutually_exclusive;
+    if (step.kind == RecordedStep::Kind::finish) {
+      free[step.thread] = step.at;
+      if (exclusive) --running[set[step.task].group];
+      continue;
+    }
+    step.free = free[step.thread];
+    for (TaskId id = 0; id < set.size() && !step.contested; ++id) {
+      const std::vector<Time>& ready = recorded.ready[id];
+      step.contested = recorded.own[id] && id != step.task && running[set[id].group] == 0 &&
+                       started[id] < ready.size() && ready[started[id]] <= step.at;
+    }
+    ++started[step.task];
+    if (exclusive) ++running[set[step.task].group];
+  }
+}
 
 /// The major version of rcl of each release.
 constexpr std::array<std::pair<int, RosDistro>, 5> kReleases = {{{5, RosDistro::humble},
@@ -84,6 +110,76 @@ std::vector<Pair> most_wrong(TaskSet set, const Levels& levels, const Agreement&
 }
 
 }  // namespace
+
+RecordedSteps recorded_steps(const RecordedGraph& graph, const RecordedWindow& window,
+                             std::span<const tracing::LostSample> lost, const RecordedExecutor& executor,
+                             std::size_t most) {
+  const TaskSet& set = graph.tasks.set;
+  const std::size_t tasks = set.size(), threads = executor.threads.size();
+  RecordedSteps result{.steps = {},
+                       .ready = std::vector<std::vector<Time>>(tasks),
+                       .ready_on = std::vector<std::vector<Time>>(threads),
+                       .decided = decltype(RecordedSteps::decided)(tasks),
+                       .deadline = std::vector<Time>(window.jobs.size(), kNever),
+                       .own = std::vector<bool>(tasks),
+                       .has_timers = std::vector<bool>(threads),
+                       .has_others = std::vector<bool>(threads),
+                       .epoch = graph.epoch};
+  std::map<std::pair<TaskId, std::uint64_t>, std::uint32_t> job_at;  // by task and number
+  const auto recorded_job = [&](const tracing::JobRef& ref) {
+    const auto job = job_at.find({graph.task(ref), ref.number});
+    return job == job_at.end() ? kNone : job->second;
+  };
+  std::vector<std::pair<RecordedStep, std::uint64_t>> all;  // with their events
+  const auto add_arrival = [&](TaskId task, const tracing::Sample& sample) {
+    const std::uint32_t parent = recorded_job(sample.parent);
+    std::uint64_t event = 0;
+    if (parent != kNone)
+      for (const tracing::Publication& p : window.jobs[parent].published)
+        if (p.at == sample.published) event = p.event;
+    using enum RecordedStep::Kind;
+    all.push_back({{.kind = arrival, .at = sample.published, .task = task, .job = parent}, event});
+  };
+  Time last{};
+  for (std::uint32_t j = 0; j < window.jobs.size() && result.starts < most; ++j) {
+    const tracing::Job& job = window.jobs[j];
+    const TaskId task = graph.task(job.ref);
+    if (task == kNoTask) continue;
+    const Time ready = window.records[j].job.timestamp;
+    job_at[{task, job.ref.number}] = j;
+    const bool timer = set[task].kind == TaskKind::timer;
+    const std::uint32_t parent = recorded_job(job.sample.parent);
+    if (timer) result.deadline[j] = ready + set[task].period;
+    if (!timer && parent != kNone) result.deadline[j] = result.deadline[parent];
+    const auto thread = std::ranges::find(executor.threads, job.thread);
+    if (thread == executor.threads.end()) continue;
+    const auto t = static_cast<std::uint32_t>(thread - executor.threads.begin());
+    result.own[task] = true;
+    (timer ? result.has_timers : result.has_others)[t] = true;
+    ++result.starts;
+    last = job.start;
+    if (!timer) add_arrival(task, job.sample);
+    result.ready[task].push_back(ready);
+    result.ready_on[t].push_back(ready);
+    const bool shows = job.decided > Time{} && job.decided >= ready;
+    const Time at = shows ? job.decided : job.start;
+    RecordedStep step{.shows_decision = shows, .at = at, .task = task, .thread = t, .job = j, .ready = ready};
+    result.decided[task].emplace_back(at, t);
+    all.emplace_back(step, shows ? job.question : job.started);
+    step.kind = RecordedStep::Kind::finish;
+    step.at = job.finish;
+    if (job.ended) all.emplace_back(step, job.finished);
+  }
+  for (const tracing::LostSample& sample : lost) {
+    const TaskId task = graph.task({sample.subscription, 0});
+    if (task != kNoTask && result.own[task] && sample.sample.published < last)
+      add_arrival(task, sample.sample);
+  }
+  std::ranges::sort(all, {}, [](const auto& s) { return std::tuple(s.first.at, s.second, s.first.task); });
+  for (const auto& [step, event] : all) result.steps.push_back(step);
+  find_contests(set, result);
+  return result;
+}
 
 bool emits_waits(const ExecutorTraits& traits) {
   return traits.family == Family::wait_set && traits.runs_first == TaskKind::timer;
