@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <functional>
+#include <iterator>
 #include <limits>
+#include <set>
 #include <sstream>
 #include <utility>
 #include <vector>
@@ -26,27 +28,26 @@ constexpr std::size_t kKeepAll = 1000;
 /// Most chains of a graph without chains of the user.
 constexpr std::size_t kChainsFound = 5;
 
-/// What enters the messages of a node, by the inferred rules.
-std::vector<HeldInputs> held_inputs(const RecordedGraph& graph) {
+/// The rules of a recorded graph; what enters messages is inferred.
+ChainFollower::Rules rules_of(const tracing::System& system, const RecordedGraph& graph) {
   const auto tasks_of = [&](const std::vector<std::uint32_t>& callbacks) {
     std::vector<TaskId> tasks;
-    tasks.reserve(callbacks.size());
     for (const std::uint32_t callback : callbacks) tasks.push_back(graph.task({callback, 0}));
     return tasks;
   };
-  std::vector<HeldInputs> held;
+  ChainFollower::Rules rules{.chains = index_chains(graph.graph, graph.tasks),
+                             .unread = std::vector<std::size_t>(system.topics.size(), 0),
+                             .lanes = ChainLanes(graph.graph, graph.tasks)};
   for (const InferredRule& rule : graph.rules)
-    held.push_back({rule.topic, tasks_of(rule.publishers), tasks_of(rule.of)});
-  return held;
-}
-
-std::vector<std::size_t> most_unread(const tracing::System& system) {
-  std::vector<std::size_t> unread(system.topics.size(), 0);
+    rules.held.push_back({rule.topic, tasks_of(rule.publishers), tasks_of(rule.of)});
   for (const tracing::Callback& reader : system.callbacks) {  // also services and clients
-    if (reader.topic >= unread.size()) continue;
-    unread[reader.topic] = std::max(unread[reader.topic], ChainFollower::most_unread(reader.depth));
+    if (reader.topic >= rules.unread.size()) continue;
+    std::size_t& unread = rules.unread[reader.topic];
+    unread = std::max(unread, ChainFollower::most_unread(reader.depth));
   }
-  return unread;
+  for (const Callback& callback : graph.tasks.callbacks)
+    rules.publishing.push_back(!callback.publishes.empty());
+  return rules;
 }
 
 /// The task that a name on the command line means: a task, or a node's timer or only callback.
@@ -61,18 +62,23 @@ TaskId named_task(const Graph& graph, const GraphTasks& tasks, const std::string
       "; the tasks are in graph.yaml, for example ", tasks.set[0].name));
 }
 
+/// These tasks, and those that their data reaches on the way to the sink.
+std::set<TaskId> reached(const GraphTasks& tasks, std::vector<TaskId> open, TaskId sink) {
+  std::set<TaskId> all;
+  while (!open.empty()) {
+    const TaskId id = open.back();
+    open.pop_back();
+    if (all.insert(id).second && id != sink)
+      std::ranges::copy(tasks.downstream(id), std::back_inserter(open));
+  }
+  return all;
+}
+
 }  // namespace
 
-ChainFollower::ChainFollower(std::vector<ChainIndex> chains, std::vector<HeldInputs> held,
-                             std::vector<std::size_t> unread, std::vector<bool> publishing, ChainLanes lanes,
-                             Observed observed)
-    : chains_(std::move(chains)),
-      rules_(std::move(held)),
-      unread_(std::move(unread)),
-      publishing_(std::move(publishing)),
-      observed_(std::move(observed)),
-      history_(std::move(lanes)) {
-  for (const HeldInputs& rule : rules_) held_.emplace_back(rule.of.size());
+ChainFollower::ChainFollower(Rules rules, Observed observed)
+    : rules_(std::move(rules)), observed_(std::move(observed)), history_(rules_.lanes) {
+  for (const HeldInputs& rule : rules_.held) held_.emplace_back(rule.of.size());
 }
 
 std::size_t ChainFollower::most_unread(std::uint32_t depth) {
@@ -85,10 +91,10 @@ void ChainFollower::start(const tracing::JobRef& job, JobRef as, Time at, const 
   running.start = at;
   if (taken) running.own = message_of(*taken);
   if (!running.own) return;
-  for (std::size_t r = 0; r < rules_.size(); ++r) {
-    const auto slot = std::ranges::find(rules_[r].of, as.task);
-    if (slot != rules_[r].of.end())
-      held_[r][static_cast<std::size_t>(slot - rules_[r].of.begin())] = running.own;
+  for (std::size_t r = 0; r < held_.size(); ++r) {
+    const std::vector<TaskId>& of = rules_.held[r].of;
+    const auto slot = std::ranges::find(of, as.task);
+    if (slot != of.end()) held_[r][static_cast<std::size_t>(slot - of.begin())] = running.own;
   }
 }
 
@@ -106,11 +112,9 @@ void ChainFollower::publish(const tracing::JobRef& job, std::uint32_t topic) {
   if (open == running_.end()) return;
   Running& running = open->second;
   auto message = std::make_shared<SimulatedMessage>();
-  for (std::size_t r = 0; r < rules_.size(); ++r) {
-    const HeldInputs& rule = rules_[r];
-    const bool by_rule =
-        rule.topic == topic && std::ranges::find(rule.publishers, running.ref.task) != rule.publishers.end();
-    if (!by_rule) continue;
+  for (std::size_t r = 0; r < held_.size(); ++r) {
+    const HeldInputs& rule = rules_.held[r];
+    if (rule.topic != topic || std::ranges::count(rule.publishers, running.ref.task) == 0) continue;
     for (Message& held : held_[r]) {
       if (held) history_.merge(*message, *held, running.ref.task);
       held.reset();
@@ -119,27 +123,28 @@ void ChainFollower::publish(const tracing::JobRef& job, std::uint32_t topic) {
   if (running.own) history_.merge(*message, *running.own, running.ref.task);
   history_.append(*message, {running.ref.task, 0, running.ref.sequence, running.start}, 0);
   observe(*message, running);
-  if (topic >= unread_.size()) return;
+  if (topic >= rules_.unread.size()) return;
   auto& latest = messages_[{running.ref.task, topic}];
   if (!latest.empty() && latest.back().first == key_of(job)) latest.pop_back();
   latest.emplace_back(key_of(job), std::move(message));
-  if (latest.size() > unread_[topic]) latest.pop_front();
+  if (latest.size() > rules_.unread[topic]) latest.pop_front();
 }
 
 std::optional<JobRef> ChainFollower::end(const tracing::JobRef& job, bool ended) {
   const auto running = running_.find(key_of(job));
   if (running == running_.end()) return std::nullopt;
   const JobRef ref = running->second.ref;
-  if (ended && !publishing_[ref.task] && running->second.own) observe(*running->second.own, running->second);
+  if (ended && !rules_.publishing[ref.task] && running->second.own)
+    observe(*running->second.own, running->second);
   running_.erase(running);
   return ref;
 }
 
 void ChainFollower::observe(const SimulatedMessage& message, Running& running) {
-  ends_.clear();
-  for (std::uint32_t c = 0; c < chains_.size(); ++c)
-    if (chains_[c].ends_in(running.ref.task)) ends_.push_back(c);
-  observe_chains(history_, message, chains_, ends_, running, observed_);
+  std::vector<std::uint32_t> ends;
+  for (std::uint32_t c = 0; c < rules_.chains.size(); ++c)
+    if (rules_.chains[c].ends_in(running.ref.task)) ends.push_back(c);
+  observe_chains(history_, message, rules_.chains, ends, running, observed_);
 }
 
 std::vector<TaskId> find_cycle(const GraphTasks& tasks) {
@@ -161,10 +166,7 @@ std::vector<TaskId> find_cycle(const GraphTasks& tasks) {
 std::vector<ChainObservation> recorded_chains(const tracing::System& system, const RecordedGraph& graph,
                                               const RecordedWindow& window) {
   std::vector<ChainObservation> observations;
-  std::vector<bool> publishing;
-  for (const Callback& callback : graph.tasks.callbacks) publishing.push_back(!callback.publishes.empty());
-  ChainFollower follower(index_chains(graph.graph, graph.tasks), held_inputs(graph), most_unread(system),
-                         std::move(publishing), ChainLanes(graph.graph, graph.tasks),
+  ChainFollower follower(rules_of(system, graph),
                          [&](const ChainObservation& o) { observations.push_back(o); });
   // What to do at which event of the trace, in its order.
   std::vector<std::pair<std::uint64_t, std::function<void()>>> steps;
@@ -222,36 +224,19 @@ Chain chain_of(const std::string& text, const Graph& graph, const GraphTasks& ta
   chain.name = text.substr(colon + 1);
   const TaskId sink = named_task(graph, tasks, chain.name, false);
   std::ranges::replace(chain.name, '/', '.');  // names are written into CSV columns
-  std::vector<bool> reaches(tasks.set.size(), false), reached(tasks.set.size(), false);
-  reaches[sink] = true;
-  for (bool changed = true; std::exchange(changed, false);) {
-    for (TaskId id = 0; id < tasks.set.size(); ++id) {
-      const auto next = tasks.downstream(id);
-      if (reaches[id] || std::ranges::none_of(next, [&](TaskId n) { return reaches[n]; })) continue;
-      reaches[id] = changed = true;
-    }
-  }
-  std::vector<TaskId> open;
+  std::vector<TaskId> sources;
   std::istringstream names(text.substr(0, colon));
   for (std::string name; std::getline(names, name, ',');) {
     const TaskId source = named_task(graph, tasks, name, true);
     if (tasks.set[source].kind != TaskKind::timer)
       throw program::UsageError("--chain: " + name + " is not a timer, and chains begin at timers");
-    if (!reaches[source])
+    if (!reached(tasks, {source}, sink).contains(sink))
       throw program::UsageError("--chain: no data flows from " + name + " to " + chain.name);
     chain.sources.push_back(tasks.set[source].name);
-    open.push_back(source);
+    sources.push_back(source);
   }
-  while (!open.empty()) {
-    const TaskId id = open.back();
-    open.pop_back();
-    if (reached[id] || !reaches[id]) continue;
-    reached[id] = true;
-    const std::vector<TaskId> next = id == sink ? std::vector<TaskId>() : tasks.downstream(id);
-    open.insert(open.end(), next.begin(), next.end());
-  }
-  for (TaskId id = 0; id < tasks.set.size(); ++id)
-    if (reached[id]) chain.nodes.push_back(tasks.set[id].name);
+  for (const TaskId id : reached(tasks, sources, sink))
+    if (reached(tasks, {id}, sink).contains(sink)) chain.nodes.push_back(tasks.set[id].name);
   chain.sink = tasks.set[sink].name;
   return chain;
 }

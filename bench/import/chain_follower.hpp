@@ -33,13 +33,18 @@ class ChainFollower {
     TaskId by = kNoTask;
     std::uint32_t topic = 0;
   };
+  /// A chain ends with the messages of a sink that publishes, and otherwise with the end of its job.
+  struct Rules {
+    std::vector<ChainIndex> chains = {};
+    std::vector<HeldInputs> held = {};
+    std::vector<std::size_t> unread = {};  ///< By topic: the most messages of a task that may be unread.
+    std::vector<bool> publishing = {};     ///< By task.
+    ChainLanes lanes = {};                 ///< The ways of the chains' data.
+  };
   using Observed = std::function<void(const ChainObservation&)>;
 
-  /// `unread`: by topic, the most messages of a task that may be unread. `publishing`: by task; a chain ends
-  /// with the messages of a sink that publishes, and otherwise with the end of its job. `lanes`: the ways of
-  /// the chains' data. `observed` receives each chain, during publish() or end() of the job that ends it.
-  ChainFollower(std::vector<ChainIndex> chains, std::vector<HeldInputs> held, std::vector<std::size_t> unread,
-                std::vector<bool> publishing, ChainLanes lanes, Observed observed);
+  /// `observed` receives each chain, during publish() or end() of the job that ends it.
+  ChainFollower(Rules rules, Observed observed);
 
   // In the order of time, for jobs of tasks.
   void start(const tracing::JobRef& job, JobRef as, Time at, const std::optional<Taken>& taken);
@@ -63,17 +68,13 @@ class ChainFollower {
   [[nodiscard]] Message message_of(const Taken& taken) const;
   void observe(const SimulatedMessage& message, Running& running);
 
-  const std::vector<ChainIndex> chains_;
-  const std::vector<HeldInputs> rules_;
-  const std::vector<std::size_t> unread_;
-  const std::vector<bool> publishing_;
+  const Rules rules_;
   const Observed observed_;
   const SimulatedHistory history_;
   std::vector<std::vector<Message>> held_;  // by rule, by its inputs
   std::map<Key, Running> running_;
   /// By task and topic: its latest messages, with the keys of their jobs.
   std::map<std::pair<TaskId, std::uint32_t>, std::deque<std::pair<Key, Message>>> messages_;
-  std::vector<std::uint32_t> ends_;
 };
 
 }  // namespace hotpath::imports

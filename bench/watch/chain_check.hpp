@@ -73,28 +73,24 @@ class ChainCheck {
   static constexpr std::size_t kRemembered = 4096;
 
   imports::ChainFollower follower(const StatedNames& names) {
-    std::vector<ChainIndex> chains;
+    imports::ChainFollower::Rules rules{.held = held_inputs(names),
+                                        .unread = std::vector<std::size_t>(names.topics().size())};
     for (const Group& chain : contract_.chains) {
-      ChainIndex& index = chains.emplace_back();
+      ChainIndex& index = rules.chains.emplace_back();
       index.sources.assign(chain.callbacks.begin(), chain.callbacks.end());
       index.sink_tasks.assign(chain.sinks.begin(), chain.sinks.end());
       for (const std::uint32_t source : chain.callbacks) source_jobs_[source];
     }
-    std::vector<std::size_t> unread(names.topics().size());
-    std::vector<bool> publishing;
     for (const CallbackContract& callback : contract_.callbacks) {
-      publishing.push_back(!callback.publishes.empty());
+      rules.publishing.push_back(!callback.publishes.empty());
       const std::uint32_t topic = taken_.emplace_back(names.number_of(callback.topic));
       const Term* const depth = find(callback.terms, Clause::depth);
       const auto samples = static_cast<std::uint32_t>(depth ? depth->limit : 0);
       if (topic != tracing::kNone)
-        unread[topic] = std::max(unread[topic], imports::ChainFollower::most_unread(samples));
+        rules.unread[topic] = std::max(rules.unread[topic], imports::ChainFollower::most_unread(samples));
     }
-    std::vector<imports::HeldInputs> held = held_inputs(names);
-    ChainLanes lanes(chains, next_of(held));
-    return {std::move(chains), std::move(held),
-            std::move(unread), std::move(publishing),
-            std::move(lanes),  [this](const ChainObservation& o) { pending_.push_back(o); }};
+    rules.lanes = ChainLanes(rules.chains, next_of(rules.held));
+    return {std::move(rules), [this](const ChainObservation& o) { pending_.push_back(o); }};
   }
   /// The inputs that enter messages; callbacks of a node that publish by the same set share its samples.
   [[nodiscard]] std::vector<imports::HeldInputs> held_inputs(const StatedNames& names) const {
