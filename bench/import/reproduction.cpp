@@ -17,34 +17,33 @@ constexpr std::size_t kFewestTimes = 20;
 
 /// One way to reproduce a recording. `timer_thread`: how the thread that releases timers stands to the other
 /// one. `equal`: both have one priority of SCHED_FIFO, so that it waits until the other sleeps.
-class Way {
- public:
-  Way(const RecordedSystem& recorded, const Interpretation& found, const std::vector<std::string>& labels,
-      const std::string& deployment_file, TimerThread timer_thread)
-      : recorded_(recorded),
-        found_(found),
-        labels_(labels),
-        deployment_file_(deployment_file),
-        timer_thread_(timer_thread) {
-    for (const std::string& label : labels) traits_.push_back(setup::parse_executor(label, {}).entry->traits);
-    for (TaskId id = 0; id < found.graph.tasks.set.size(); ++id) executor_of_.push_back(executor_of(id));
-  }
+struct Way {
+  const RecordedSystem& recorded;
+  const Interpretation& found;
+  const std::vector<std::string>& labels;         // by executor
+  const std::vector<ExecutorTraits>& traits;      // by executor
+  const std::vector<std::uint32_t>& executor_of;  // by task
+  const TimerThread timer_thread;
 
   [[nodiscard]] Reproduction reproduce() const {
     std::vector<bool> release_only;
-    for (TaskId id = 0; id < executor_of_.size(); ++id) {
+    for (TaskId id = 0; id < executor_of.size(); ++id) {
       // The jobs decide where they contradict the executor, which may be inferred wrongly.
-      const TimerHandling timers = traits_[executor_of_[id]].timers;
-      release_only.push_back(timers == TimerHandling::release_only || found_.timers.released[id]);
+      const TimerHandling timers = traits[executor_of[id]].timers;
+      release_only.push_back(timers == TimerHandling::release_only || found.timers.released[id]);
     }
-    RecordedRows rows = recorded_rows(recorded_, found_.graph, found_.timers, release_only);
-    const RecordedWindow window{recorded_.jobs, rows.jobs};
-    const Displacement displacement = recorded_displacement(recorded_.system, window);
-    const bool shared = processors_are_shared();
+    RecordedRows rows = recorded_rows(recorded, found.graph, found.timers, release_only);
+    const RecordedWindow window{recorded.jobs, rows.jobs};
+    const Displacement displacement = recorded_displacement(recorded.system, window);
+    const auto timers_apart = [](const ExecutorTraits& of) {
+      return of.timers == TimerHandling::release_and_execute;
+    };
+    const bool shared =
+        labels.size() > 1 || (recorded.cores == 1 && std::ranges::any_of(traits, timers_apart));
     for (std::size_t i = 0; i < rows.jobs.size() && shared; ++i)
       if (rows.jobs[i].outcome == Outcome::ran) rows.jobs[i].cpu_time = displacement.own[i];
     Reproduction made;
-    made.labels = labels_;
+    made.labels = labels;
     made.costs = costs_of(window);
     if (shared) made.slices = displacement.slices;
     made.trace = trace_of(rows);
@@ -52,54 +51,22 @@ class Way {
     made.tasks = make_tasks(made.graph);
     made.executor = executor_for(displacement);
     made.trace.executor = made.executor.label;
-    std::vector<ChainObservation> outputs = recorded_chains(recorded_.system, found_.graph, window);
+    std::vector<ChainObservation> outputs = recorded_chains(recorded.system, found.graph, window);
     for (ChainObservation& o : outputs) {
-      o.sink_start -= found_.graph.epoch - Time{};
-      o.latest_source_start -= found_.graph.epoch - Time{};
+      o.sink_start -= found.graph.epoch - Time{};
+      o.latest_source_start -= found.graph.epoch - Time{};
     }
     made.trace.chains = join_chains(made.graph, made.tasks, made.trace, outputs);
     made.check = self_check(made.graph, made.tasks, made.executor, made.trace,
-                            synchronised_chains(recorded_, found_.graph));
+                            synchronised_chains(recorded, found.graph));
     return made;
-  }
-
-  /// Whether Linux may let the timer thread, which has slept, preempt a busy one at once.
-  [[nodiscard]] bool may_be_raised() const {
-    return std::ranges::any_of(traits_, [](const ExecutorTraits& traits) {
-      return traits.timers != TimerHandling::polled && !traits.raises_timer_thread;
-    });
-  }
-
- private:
-  /// The executor of a task; if it never ran, of its callback group, or of its node, or the first one.
-  std::uint32_t executor_of(TaskId id) const {
-    const GraphTasks& tasks = found_.graph.tasks;
-    const auto recorded = [&](TaskId task) {
-      const std::uint32_t c = found_.graph.callback_of[task];
-      return c == kNone ? kNone : recorded_.executor_of[c];
-    };
-    if (recorded(id) != kNone) return recorded(id);
-    std::uint32_t of_node = kNone;
-    for (TaskId other = 0; other < tasks.set.size(); ++other) {
-      if (recorded(other) == kNone || tasks.origin[other].node != tasks.origin[id].node) continue;
-      if (tasks.set[other].group == tasks.set[id].group) return recorded(other);
-      if (of_node == kNone) of_node = recorded(other);
-    }
-    return of_node == kNone ? 0 : of_node;
-  }
-
-  bool processors_are_shared() const {
-    const bool timers_apart = std::ranges::any_of(traits_, [](const ExecutorTraits& traits) {
-      return traits.timers == TimerHandling::release_and_execute;
-    });
-    return labels_.size() > 1 || (timers_apart && recorded_.cores == 1);
   }
 
   std::vector<RecordedCosts> costs_of(const RecordedWindow& window) const {
     const auto measure = [&](const MeasuredCost& elsewhere) {
       std::vector<RecordedCosts> costs;
-      for (std::size_t e = 0; e < traits_.size(); ++e)
-        costs.push_back(recorded_costs(found_.graph, window, recorded_.executors[e], traits_[e], elsewhere));
+      for (std::size_t e = 0; e < traits.size(); ++e)
+        costs.push_back(recorded_costs(found.graph, window, recorded.executors[e], traits[e], elsewhere));
       return costs;
     };
     std::vector<RecordedCosts> costs = measure({});
@@ -113,8 +80,8 @@ class Way {
     double sum = 0, jobs = 0;
     for (std::size_t e = 0; e < costs.size(); ++e) {
       const MeasuredCost cost = cost_of(costs[e]);
-      for (const std::uint32_t t : recorded_.executors[e].threads) {
-        const double weight = cost.n == 0 ? 0 : static_cast<double>(recorded_.system.threads[t].jobs);
+      for (const std::uint32_t t : recorded.executors[e].threads) {
+        const double weight = cost.n == 0 ? 0 : static_cast<double>(recorded.system.threads[t].jobs);
         sum += weight * static_cast<double>(cost.median.count());
         jobs += weight;
       }
@@ -124,10 +91,10 @@ class Way {
 
   /// The rows of tasks, relative to the epoch.
   Trace trace_of(const RecordedRows& rows) const {
-    const TaskSet& set = found_.graph.tasks.set;
-    const Duration epoch = found_.graph.epoch - Time{};
+    const TaskSet& set = found.graph.tasks.set;
+    const Duration epoch = found.graph.epoch - Time{};
     Trace trace;
-    trace.end = recorded_.end - epoch;
+    trace.end = recorded.end - epoch;
     trace.published.resize(set.size());
     for (const auto* part : {&rows.jobs, &rows.others}) {
       for (JobRecord r : *part) {
@@ -146,8 +113,8 @@ class Way {
 
   /// The graph with the platform, and with the execution times of the jobs that worked, in order.
   Graph graph_of(const std::vector<RecordedCosts>& costs, const Trace& trace) const {
-    Graph graph = found_.graph.graph;
-    const GraphTasks& tasks = found_.graph.tasks;
+    Graph graph = found.graph.graph;
+    const GraphTasks& tasks = found.graph.tasks;
     std::vector<std::vector<Duration>> times(tasks.set.size());
     for (const JobRecord& r : working_jobs(tasks, trace).jobs)
       times[r.job.task].push_back(r.cpu_time >= Duration{} ? r.cpu_time : r.duration());
@@ -168,10 +135,10 @@ class Way {
     const auto dispatch_of = [&](TaskKind kind) {
       return mean(costs, [kind](const RecordedCosts& c) { return c.dispatch_of(kind); });
     };
-    GraphPlatform platform = found_.graph.graph.platform;
-    platform.cores = recorded_.cores;
+    GraphPlatform platform = found.graph.graph.platform;
+    platform.cores = recorded.cores;
     platform.timer_thread =
-        timer_thread_ == TimerThread::raised ? TimerThread::raised : TimerThread::by_executor;
+        timer_thread == TimerThread::raised ? TimerThread::raised : TimerThread::by_executor;
     platform.execution_times =
         are_correlated(times) ? ExecutionTimeModel::replayed : ExecutionTimeModel::measured;
     platform.timer_dispatch_cost = dispatch_of(TaskKind::timer);
@@ -202,9 +169,9 @@ class Way {
   }
 
   setup::ExecutorSpec executor_for(const Displacement& displacement) const {
-    if (found_.deployment) return setup::deploy(*found_.deployment, {});
-    if (labels_.size() == 1 && timer_thread_ != TimerThread::equal)
-      return setup::parse_executor(labels_.front(), {});
+    if (found.deployment) return setup::deploy(*found.deployment, {});
+    if (labels.size() == 1 && timer_thread != TimerThread::equal)
+      return setup::parse_executor(labels.front(), {});
     return setup::deploy(recorded_deployment(displacement), {});
   }
 
@@ -212,79 +179,93 @@ class Way {
   Deployment recorded_deployment(const Displacement& displacement) const {
     Deployment deployment;
     deployment.name = "recorded";
-    deployment.file = deployment_file_;
+    deployment.file = found.deployment_file;
     deployment.processes.clear();
-    std::vector<std::uint32_t> place(labels_.size());
+    std::vector<std::uint32_t> place(labels.size());
     for (std::uint32_t e = 0; e < place.size(); ++e) {
-      if (std::ranges::count(executor_of_, e) == 0) continue;
+      if (std::ranges::count(executor_of, e) == 0) continue;
       place[e] = static_cast<std::uint32_t>(deployment.executors.size());
       deployment.executors.push_back(deployed(e, displacement, deployment.processes));
     }
-    for (const std::uint32_t e : executor_of_) deployment.executor_of.push_back(place[e]);
+    for (const std::uint32_t e : executor_of) deployment.executor_of.push_back(place[e]);
     return deployment;
   }
 
   DeployedExecutor deployed(std::uint32_t e, const Displacement& displacement,
                             std::vector<std::string>& processes) const {
-    const RecordedExecutor& recorded = recorded_.executors[e];
+    const RecordedExecutor& of = recorded.executors[e];
     DeployedExecutor executor;
-    executor.name = recorded.name;
-    executor.executor = labels_[e];
+    executor.name = of.name;
+    executor.executor = labels[e];
     std::set<std::int32_t> processors;
-    int level = timer_thread_ == TimerThread::equal ? 1 : 0;
-    for (const std::uint32_t t : recorded.threads) {
+    int level = timer_thread == TimerThread::equal ? 1 : 0;
+    for (const std::uint32_t t : of.threads) {
       processors.insert(displacement.processors[t].begin(), displacement.processors[t].end());
       level = std::max(level, displacement.level[t]);
     }
     if (level > 0) executor.policy = {ThreadPolicy::Class::fifo, 10 * level};
-    const auto most = std::min<std::int64_t>(recorded_.cores, kMaxProcessor + 1);
-    const bool bound = !processors.empty() && processors.size() < recorded_.cores &&
+    const auto most = std::min<std::int64_t>(recorded.cores, kMaxProcessor + 1);
+    const bool bound = !processors.empty() && processors.size() < recorded.cores &&
                        *processors.begin() >= 0 && *processors.rbegin() < most;
     if (bound) executor.processors.assign(processors.begin(), processors.end());
-    const bool several = recorded_.system.processes.size() > 1;
-    const std::string process = several ? std::to_string(recorded.process) : "";
+    const bool several = recorded.system.processes.size() > 1;
+    const std::string process = several ? std::to_string(of.process) : "";
     if (std::ranges::count(processes, process) == 0) processes.push_back(process);
     executor.process = static_cast<std::uint32_t>(std::ranges::find(processes, process) - processes.begin());
     return executor;
   }
-
-  const RecordedSystem& recorded_;
-  const Interpretation& found_;
-  const std::vector<std::string>& labels_;  // by executor
-  const std::string& deployment_file_;
-  const TimerThread timer_thread_;
-  std::vector<ExecutorTraits> traits_;      // by executor
-  std::vector<std::uint32_t> executor_of_;  // by task
 };
+
+/// The executor of each task; if it never ran, of its callback group, or of its node, or the first one.
+std::vector<std::uint32_t> executors_of_tasks(const RecordedSystem& recorded, const RecordedGraph& graph) {
+  const auto& [set, origin, callbacks, readers] = graph.tasks;
+  std::vector<std::uint32_t> ran, all;
+  for (const std::uint32_t c : graph.callback_of) ran.push_back(c == kNone ? kNone : recorded.executor_of[c]);
+  for (TaskId id = 0; id < set.size(); ++id) {
+    std::uint32_t of_group = ran[id], of_node = kNone;
+    for (TaskId other = 0; other < set.size() && of_group == kNone; ++other) {
+      if (origin[other].node != origin[id].node) continue;
+      if (set[other].group == set[id].group) of_group = ran[other];
+      if (of_node == kNone) of_node = ran[other];
+    }
+    all.push_back(of_group != kNone ? of_group : of_node != kNone ? of_node : 0);
+  }
+  return all;
+}
 
 }  // namespace
 
 Reproduction reproduce(const RecordedSystem& recorded, const Interpretation& found,
-                       const std::vector<std::string>& labels, const std::string& deployment_file) {
+                       const std::vector<std::string>& labels) {
   using enum TimerThread;
+  std::vector<ExecutorTraits> traits;
+  for (const std::string& label : labels) traits.push_back(setup::parse_executor(label, {}).entry->traits);
+  const std::vector<std::uint32_t> executor_of = executors_of_tasks(recorded, found.graph);
+  const auto reproduced = [&](const RecordedSystem& of, TimerThread timer_thread) {
+    return Way{of, found, labels, traits, executor_of, timer_thread}.reproduce();
+  };
+  // Linux may let a timer thread that has slept preempt a busy one at once.
+  const bool is_open = std::ranges::any_of(traits, [](const ExecutorTraits& of) {
+    return of.timers != TimerHandling::polled && !of.raises_timer_thread;
+  });
   const bool is_long = recorded.jobs.size() > kTried;
   const RecordedSystem few = is_long ? recorded.beginning(kTried) : recorded;
-  const auto way = [&](const RecordedSystem& of, TimerThread timer_thread) {
-    return Way(of, found, labels, deployment_file, timer_thread);
-  };
-  Reproduction best = way(few, by_executor).reproduce();
+  Reproduction best;
   TimerThread of_best = by_executor;
   std::vector<std::pair<std::string, double>> tried;
-  const auto similarity = [](const Reproduction& r) { return r.check.schedule.similarity; };
-  if (way(few, by_executor).may_be_raised()) {
-    tried.emplace_back("timer thread as the executor has it", similarity(best));
-    for (const auto& [timer_thread, name] :
-         {std::pair(raised, "raised timer thread"),
-          std::pair(equal, "timer thread with the executor's priority of SCHED_FIFO")}) {
-      if (found.deployment && timer_thread == equal) continue;
-      Reproduction other = way(few, timer_thread).reproduce();
-      tried.emplace_back(name, similarity(other));
-      if (similarity(other) <= similarity(best)) continue;
-      of_best = timer_thread;
-      best = std::move(other);
-    }
+  for (const auto& [timer_thread, name] :
+       {std::pair(by_executor, "timer thread as the executor has it"),
+        {raised, "raised timer thread"},
+        {equal, "timer thread with the executor's priority of SCHED_FIFO"}}) {
+    if (timer_thread != by_executor && (!is_open || (found.deployment && timer_thread == equal))) continue;
+    Reproduction other = reproduced(few, timer_thread);
+    const double similarity = other.check.schedule.similarity;
+    if (is_open) tried.emplace_back(name, similarity);
+    if (timer_thread != by_executor && similarity <= best.check.schedule.similarity) continue;
+    of_best = timer_thread;
+    best = std::move(other);
   }
-  if (is_long) best = way(recorded, of_best).reproduce();
+  if (is_long) best = reproduced(recorded, of_best);
   best.tried = std::move(tried);
   return best;
 }

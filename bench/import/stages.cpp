@@ -69,7 +69,8 @@ Interpretation interpret(const RecordedSystem& recorded, const CtfOptions& optio
   if (options.chains.empty()) graph.chains = recorded_chains_of(graph, made.tasks);
   std::optional<Deployment> deployment;
   if (!options.deployment.empty()) deployment = find_deployment(options.deployment, graph, made.tasks);
-  return {std::move(made), std::move(timers), std::move(deployment)};
+  return {std::move(made), std::move(timers), std::move(deployment),
+          std::filesystem::path(options.output) / "deployment.yaml"};
 }
 
 /// Compares the possible executors of each group of threads with its decisions, unless one describes itself.
@@ -178,8 +179,7 @@ std::pair<double, std::string> effect_of(const Reproduction& best, const Reprodu
 /// Who calls the services of which that is open, as phrases with what it changes in the chains without
 /// services. `read`: interprets another reading.
 std::vector<std::string> open_callers(const RecordedSystem& recorded, const Interpretation& found,
-                                      const Reproduction& best, const std::vector<std::string>& labels,
-                                      const std::string& deployment_file, const auto& read) {
+                                      const Reproduction& best, const auto& read) {
   std::vector<Chain> chains = found.graph.graph.chains;
   std::erase_if(chains, [&](const Chain& chain) {
     return std::ranges::any_of(found.graph.tasks.set.tasks, [&](const Task& task) {
@@ -195,7 +195,7 @@ std::vector<std::string> open_callers(const RecordedSystem& recorded, const Inte
       const RecordedSystem other = recorded.with_caller(s, c);
       Interpretation second = read(other);
       second.graph.graph.chains = chains;
-      most = std::max(most, effect_of(best, reproduce(other, second, labels, deployment_file)));
+      most = std::max(most, effect_of(best, reproduce(other, second, best.labels)));
     }
     open.push_back(program::concat("whether the requests to ", recorded.system.topics[service.topic].name,
                                    " come from ", program::joined(service.callers, ", or "), " (undecided)",
@@ -236,7 +236,7 @@ std::vector<std::string> open_executors(const RecordedSystem& recorded,
     for (const std::string& other : other_generations(recognitions[e], chosen.labels[e])) {
       std::vector<std::string> labels = chosen.labels;
       labels[e] = other;
-      most = std::max(most, effect_of(best, reproduce(recorded, found, labels, "")));
+      most = std::max(most, effect_of(best, reproduce(recorded, found, labels)));
       which += program::concat(" or ", other, " (--executors ", other, ")");
     }
     if (!most.second.empty()) open.push_back(which + most.second);
@@ -259,8 +259,7 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
   if (!chosen.order.empty()) shown.order = service_order(recorded.system, first.graph, chosen.order);
   const bool rearranged = more || !chosen.order.empty() || !chosen.priorities.empty();
   Interpretation found = rearranged ? interpret(recorded, options, deliveries, shown) : first;
-  const std::string deployment_file = std::filesystem::path(options.output) / "deployment.yaml";
-  Reproduction best = reproduce(recorded, found, chosen.labels, deployment_file);
+  Reproduction best = reproduce(recorded, found, chosen.labels);
   Remarks remarks = found.graph.remarks;
   remarks[Remark::fitted] = fitted(chosen, recognitions);
   remarks[Remark::delivery] = delivery_notes(recorded.system, deliveries);
@@ -273,18 +272,17 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
                                        ". ", sentence(recognitions[e])));
   CtfOptions plain = options;
   plain.chains.clear();  // which the other graph may not have
-  std::ranges::move(open_callers(recorded, found, best, chosen.labels, deployment_file,
-                                 [&, &orders = deliveries](const RecordedSystem& other) {
-                                   return interpret(other, plain, orders, shown);
-                                 }),
-                    std::back_inserter(remarks[Remark::open]));
+  const auto read = [&, &orders = deliveries](const RecordedSystem& of) {
+    return interpret(of, plain, orders, shown);
+  };
+  std::ranges::move(open_callers(recorded, found, best, read), std::back_inserter(remarks[Remark::open]));
   if (const std::vector<std::string>& what = remarks[Remark::undecided]; !what.empty()) {
     shown.other = true;
-    Interpretation other = interpret(recorded, plain, deliveries, shown);
+    Interpretation other = read(recorded);
     other.graph.graph.chains = found.graph.graph.chains;
     remarks[Remark::open].push_back(program::concat(
         "whether ", what.front(), what.size() > 1 ? program::concat(", and ", what.size() - 1, " more") : "",
-        effect_of(best, reproduce(recorded, other, chosen.labels, deployment_file)).second));
+        effect_of(best, reproduce(recorded, other, chosen.labels)).second));
   }
   if (best.slices.unexplained > 0) best.check.doubt(unexplained_sentence(best.slices));
   if (best.slices.threads > 0)

@@ -23,6 +23,7 @@ struct Interpretation {
   RecordedGraph graph;  ///< With phases, chains and orders of delivery.
   RecordedTimers timers;
   std::optional<Deployment> deployment;  ///< Of the user.
+  std::string deployment_file;           ///< For the recorded deployment; it is not written.
 };
 
 /// The complete graph, the recorded run, and how well a simulation under the executors matches it. How fast
@@ -38,10 +39,8 @@ struct Reproduction {
   SelfCheck check;
   std::vector<std::pair<std::string, double>> tried = {};  ///< Ways and similarities, if there was a choice.
 };
-/// `deployment_file`: for the recorded deployment, if there is one; it is not written.
 [[nodiscard]] Reproduction reproduce(const RecordedSystem& recorded, const Interpretation& found,
-                                     const std::vector<std::string>& labels,
-                                     const std::string& deployment_file);
+                                     const std::vector<std::string>& labels);
 
 /// All stages: each is a function of the earlier ones.
 struct Imported {
