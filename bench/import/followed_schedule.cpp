@@ -23,8 +23,8 @@ class Follower {
  public:
   Follower(const TaskSet& set, const RecordedSteps& recorded, const Hypothesis& hypothesis)
       : recorded_(recorded),
+        hypothesis_(hypothesis),
         traits_(hypothesis.entry->traits),
-        tasks_(hypothesis.order),
         place_(set.size()),
         started_(set.size(), 0),
         started_on_(recorded.ready_on.size(), 0),
@@ -32,17 +32,15 @@ class Follower {
         slice_began_(recorded.ready_on.size(), Time::min()),
         owed_(set.size(), 0),
         deadline_(recorded.deadline) {
-    for (TaskId at = 0; at < tasks_.size(); ++at) place_[tasks_[at]] = at;
+    for (TaskId at = 0; at < set.size(); ++at) place_[tasks_[at]] = at;
     set_ = {std::vector<Task>(set.size()), set.groups};
-    for (TaskId id = 0; id < set.size(); ++id) add_task(id, set[id], hypothesis);
+    for (TaskId id = 0; id < set.size(); ++id) add_task(id, set[id]);
     scheduler_ = hypothesis.entry->make(set_, hypothesis.options);
     scheduler_->follow([this](TaskId at) { return may_run(at); });
     scheduler_->begin(recorded.epoch);
     const std::span<const WorkerRole> roles = scheduler_->workers();
     const auto manager = std::ranges::find(roles, WorkerRole::timer_management);
     manager_ = static_cast<Worker>(manager - roles.begin());
-    asks_in_vain_ = hypothesis.asks_in_vain;
-    late_ = hypothesis.release_delay;
     if (traits_.timers != TimerHandling::polled && !traits_.raises_timer_thread)
       long_ = kSlices * Platform{}.time_slice;
     releases_ = manager != roles.end() && traits_.timers != TimerHandling::release_and_execute;
@@ -72,17 +70,17 @@ class Follower {
   };
 
   /// Tasks of other executors only pass on their priorities.
-  void add_task(TaskId id, const Task& recorded, const Hypothesis& hypothesis) {
+  void add_task(TaskId id, const Task& recorded) {
     Task& task = set_.tasks[place_[id]];
     task = recorded;
     task.local = recorded_.own[id];
     for (TaskId& fed : task.feeds) fed = place_[fed];
     if (task.kind == TaskKind::subscription) return;
     task.deadline = task.period;
-    if (hypothesis.levels.empty()) return;
-    if (hypothesis.levels[id] != kLast) task.priority = hypothesis.levels[id];
+    if (hypothesis_.levels.empty()) return;
+    if (hypothesis_.levels[id] != kLast) task.priority = hypothesis_.levels[id];
     // A deadline is added to instants, and a level may be missing.
-    if (traits_.policy == Policy::dm) task.deadline = Duration(std::min(hypothesis.levels[id], kLast / 2));
+    if (traits_.policy == Policy::dm) task.deadline = Duration(std::min(hypothesis_.levels[id], kLast / 2));
   }
 
   /// When the thread that releases timers runs, having woken at `wake_at_`.
@@ -154,7 +152,7 @@ class Follower {
 
   /// Asks for the woken threads that sleep until their next job becomes ready.
   void settle(WorkerSet woken) {
-    if (!asks_in_vain_) return;
+    if (!hypothesis_.asks_in_vain) return;
     wanted_ = kNoTask;
     for (std::size_t asked = 0; !woken.empty() && asked < 2 * started_on_.size(); ++asked) {
       const Worker worker = woken.pop_first();
@@ -276,15 +274,16 @@ class Follower {
   }
 
   const RecordedSteps& recorded_;
+  const Hypothesis& hypothesis_;
   const ExecutorTraits& traits_;
-  const std::vector<TaskId>& tasks_;  // by place
-  std::vector<TaskId> place_;         // by task
-  TaskSet set_;                       // by place
+  const std::vector<TaskId>& tasks_ = hypothesis_.order;  // by place
+  const Duration late_ = hypothesis_.release_delay;
+  std::vector<TaskId> place_;  // by task
+  TaskSet set_;                // by place
   std::unique_ptr<Scheduler> scheduler_;
-  bool asks_in_vain_ = false, releases_ = false, begun_ = false, counts_ = false;
+  bool releases_ = false, begun_ = false, counts_ = false;
   Worker manager_ = 0;
   Duration long_ = kLong;
-  Duration late_{};  // as Hypothesis::release_delay
   Time now_ = Time::min(), wake_at_ = kNever, released_at_ = Time::min();
   std::vector<std::size_t> started_;     // by task
   std::vector<std::size_t> started_on_;  // by thread
