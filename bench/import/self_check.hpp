@@ -38,6 +38,9 @@ struct SelfCheck {
   }
 };
 
+HOTPATH_FIELDS(SelfCheck::ChainCheck, chain, recorded_ms, simulated_ms, median_error_percent,
+               p99_error_percent);
+
 /// Limits of green: the bar for a good prediction.
 inline constexpr double kMedianError_percent = 3, kP99Error_percent = 8, kLossError_points = 1,
                         kSimilarity = 0.8;
