@@ -61,35 +61,24 @@ std::string output_folder(const CommonOptions& options, const Graph& graph) {
   return output_folder(options.output, graph.name);
 }
 
-Graph graph_to_run(const CommonOptions& options) {
-  Graph graph = load_graph(find_graph(options.graph), options.set);
-  if (options.work) graph.work = *options.work;
-  if (options.load_given) {
-    try {
-      scale_to_load(graph, *options.load_given);
-    } catch (const std::invalid_argument& error) {
-      throw program::UsageError("--load: " + std::string(error.what()));
-    }
-  }
-  if (options.rate_percent) scale_rates(graph, *options.rate_percent);
-  try {
-    make_copies(graph, options.copies);
-  } catch (const std::invalid_argument& error) {
-    throw program::UsageError("--copies: " + std::string(error.what()));
-  }
-  return graph;
-}
-
 namespace {
+
+/// Calls `use`, which may reject the value of the option.
+auto use_option(const char* option, const auto& use) try {
+  return use();
+} catch (const std::invalid_argument& error) {
+  throw program::UsageError(program::concat(option, ": ", error.what()));
+}
 
 /// The order that --entity-order selects; empty for the order of creation.
 std::vector<TaskId> entity_order(const CommonOptions& options, const TaskSet& set) {
   const auto& [reverse, text] = options.entity_order;
   std::vector<TaskId> order;
-  for (const std::string& name : options.entity_tasks) {
-    const auto task = std::ranges::find(set.tasks, name, &Task::name);
-    if (task != set.tasks.end()) order.push_back(static_cast<TaskId>(task - set.tasks.begin()));
-  }
+  const auto task_named = [&](std::string_view name) {  // set.size(): there is none
+    return static_cast<TaskId>(std::ranges::find(set.tasks, name, &Task::name) - set.tasks.begin());
+  };
+  for (const std::string& name : options.entity_tasks)
+    if (const TaskId id = task_named(name); id < set.size()) order.push_back(id);
   if (!order.empty()) return order;
   if (reverse) {
     for (TaskId id = set.size(); id-- > 0;) order.push_back(id);
@@ -101,9 +90,8 @@ std::vector<TaskId> entity_order(const CommonOptions& options, const TaskSet& se
     const std::string_view name = lines.text();
     if (name.empty()) continue;
     const auto line = static_cast<std::int64_t>(lines.line());
-    const auto task = std::ranges::find(set.tasks, name, &Task::name);
-    const auto id = static_cast<TaskId>(task - set.tasks.begin());
-    if (task == set.tasks.end())
+    const TaskId id = task_named(name);
+    if (id == set.size())
       throw InputError(text, line, program::concat("the graph has no task ", name), "give task names");
     if (std::ranges::count(order, id) > 0)
       throw InputError(text, line, program::concat(name, " occurs twice"), "list it once");
@@ -116,6 +104,15 @@ std::vector<TaskId> entity_order(const CommonOptions& options, const TaskSet& se
 }
 
 }  // namespace
+
+Graph graph_to_run(const CommonOptions& options) {
+  Graph graph = load_graph(find_graph(options.graph), options.set);
+  if (options.work) graph.work = *options.work;
+  if (options.load_given) use_option("--load", [&] { scale_to_load(graph, *options.load_given); });
+  if (options.rate_percent) scale_rates(graph, *options.rate_percent);
+  use_option("--copies", [&] { make_copies(graph, options.copies); });
+  return graph;
+}
 
 SchedulerOptions scheduling_of(const CommonOptions& options, const Graph& graph, const TaskSet& set,
                                unsigned cores) {
@@ -147,17 +144,13 @@ std::vector<ExecutorSpec> executors_to_run(const CommonOptions& options, const G
 std::vector<Duration> phases_of_repetition(const CommonOptions& options, const Graph& graph,
                                            const GraphTasks& tasks, const ExecutorSpec& executor,
                                            std::uint32_t repetition) {
-  if (!options.phases_file.empty()) {
+  if (!options.phases_file.empty())
     return read_phases(options.phases_file, graph, results::ExecutorLabel(executor.label).name);
-  }
   PhaseOptions phase_options;
   if (options.phase_step_ms) phase_options.step = from_ms(*options.phase_step_ms);
   phase_options.seed = options.seed + repetition;
-  try {
-    return make_phases(graph, tasks, options.phases, phase_options);
-  } catch (const std::invalid_argument& error) {
-    throw program::UsageError("--phases given: " + std::string(error.what()));
-  }
+  return use_option("--phases given",
+                    [&] { return make_phases(graph, tasks, options.phases, phase_options); });
 }
 
 std::vector<std::pair<std::uint32_t, std::size_t>> interleaved(std::uint32_t repetitions,
