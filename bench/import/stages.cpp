@@ -178,11 +178,12 @@ std::pair<double, std::string> effect_of(const Reproduction& best, const Reprodu
 
 /// Who calls the services of which that is open, as phrases with what it changes in the chains without
 /// services. `read`: interprets another reading.
-std::vector<std::string> open_callers(const RecordedSystem& recorded, const Interpretation& found,
-                                      const Reproduction& best, const auto& read) {
-  std::vector<Chain> chains = found.graph.graph.chains;
+std::vector<std::string> open_callers(const Imported& all, const auto& read) {
+  const RecordedSystem& recorded = all.recorded;
+  const Reproduction& best = all.best;
+  std::vector<Chain> chains = best.graph.chains;
   std::erase_if(chains, [&](const Chain& chain) {
-    return std::ranges::any_of(found.graph.tasks.set.tasks, [&](const Task& task) {
+    return std::ranges::any_of(best.tasks.set.tasks, [&](const Task& task) {
       const bool called = task.entity == EntityKind::service || task.entity == EntityKind::client;
       return called && std::ranges::count(chain.nodes, task.name) > 0;
     });
@@ -220,23 +221,21 @@ std::vector<std::string> other_generations(const Recognition& recognition, const
 }
 
 /// What the recording leaves open about the executors that the user did not name, as phrases.
-std::vector<std::string> open_executors(const RecordedSystem& recorded,
-                                        const std::vector<Recognition>& recognitions,
-                                        const ChosenExecutors& chosen, const Interpretation& found,
-                                        const Reproduction& best) {
+std::vector<std::string> open_executors(const Imported& all) {
   std::vector<std::string> open;
-  for (std::size_t e = 0; e < recognitions.size(); ++e) {
-    if (chosen.given[e] || found.deployment) continue;
-    const auto& [verdict, name] = std::tie(recognitions[e].verdict, recorded.executors[e].name);
+  for (std::size_t e = 0; e < all.recognitions.size(); ++e) {
+    if (all.given[e] || all.found.deployment) continue;
+    const std::string &name = all.recorded.executors[e].name, &label = all.best.labels[e];
+    const Verdict verdict = all.recognitions[e].verdict;
     if (verdict == Verdict::undecided || verdict == Verdict::none_fits)
-      open.push_back(program::concat("the executor of ", name, " (", to_string(verdict), ", simulated as ",
-                                     chosen.labels[e], ")"));
-    std::string which = program::concat("whether ", name, " is ", chosen.labels[e]);
+      open.push_back(
+          program::concat("the executor of ", name, " (", to_string(verdict), ", simulated as ", label, ")"));
+    std::string which = program::concat("whether ", name, " is ", label);
     std::pair<double, std::string> most{-2, ""};
-    for (const std::string& other : other_generations(recognitions[e], chosen.labels[e])) {
-      std::vector<std::string> labels = chosen.labels;
+    for (const std::string& other : other_generations(all.recognitions[e], label)) {
+      std::vector<std::string> labels = all.best.labels;
       labels[e] = other;
-      most = std::max(most, effect_of(best, reproduce(recorded, found, labels)));
+      most = std::max(most, effect_of(all.best, reproduce(all.recorded, all.found, labels)));
       which += program::concat(" or ", other, " (--executors ", other, ")");
     }
     if (!most.second.empty()) open.push_back(which + most.second);
@@ -259,38 +258,39 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
   if (!chosen.order.empty()) shown.order = service_order(recorded.system, first.graph, chosen.order);
   const bool rearranged = more || !chosen.order.empty() || !chosen.priorities.empty();
   Interpretation found = rearranged ? interpret(recorded, options, deliveries, shown) : first;
-  Reproduction best = reproduce(recorded, found, chosen.labels);
-  Remarks remarks = found.graph.remarks;
-  remarks[Remark::fitted] = fitted(chosen, recognitions);
-  remarks[Remark::delivery] = delivery_notes(recorded.system, deliveries);
-  remarks[Remark::open] = open_executors(recorded, recognitions, chosen, found, best);
-  remarks[Remark::unmodelled] = unmodelled(recorded.system, found.graph);
-  for (std::size_t e = 0; e < recognitions.size(); ++e)
-    if (!chosen.given[e] && recognitions[e].verdict == Verdict::none_fits)
-      best.check.doubt(program::concat(recorded.executors[e].name,
+  Reproduction reproduced = reproduce(recorded, found, chosen.labels);
+  Remarks marked = found.graph.remarks;
+  marked[Remark::fitted] = fitted(chosen, recognitions);
+  marked[Remark::delivery] = delivery_notes(recorded.system, deliveries);
+  marked[Remark::unmodelled] = unmodelled(recorded.system, found.graph);
+  Imported all{std::move(recorded), std::move(recognitions), chosen.given,     std::move(deliveries),
+               std::move(found),    std::move(reproduced),   std::move(marked)};
+  Reproduction& best = all.best;
+  Remarks& remarks = all.remarks;
+  remarks[Remark::open] = open_executors(all);
+  for (std::size_t e = 0; e < all.recognitions.size(); ++e)
+    if (!chosen.given[e] && all.recognitions[e].verdict == Verdict::none_fits)
+      best.check.doubt(program::concat(all.recorded.executors[e].name,
                                        " is left out of the recognition, and simulated as ", chosen.labels[e],
-                                       ". ", sentence(recognitions[e])));
+                                       ". ", sentence(all.recognitions[e])));
   CtfOptions plain = options;
   plain.chains.clear();  // which the other graph may not have
-  const auto read = [&, &orders = deliveries](const RecordedSystem& of) {
-    return interpret(of, plain, orders, shown);
-  };
-  std::ranges::move(open_callers(recorded, found, best, read), std::back_inserter(remarks[Remark::open]));
+  const auto read = [&](const RecordedSystem& of) { return interpret(of, plain, all.deliveries, shown); };
+  std::ranges::move(open_callers(all, read), std::back_inserter(remarks[Remark::open]));
   if (const std::vector<std::string>& what = remarks[Remark::undecided]; !what.empty()) {
     shown.other = true;
-    Interpretation other = read(recorded);
-    other.graph.graph.chains = found.graph.graph.chains;
+    Interpretation other = read(all.recorded);
+    other.graph.graph.chains = best.graph.chains;
     remarks[Remark::open].push_back(program::concat(
         "whether ", what.front(), what.size() > 1 ? program::concat(", and ", what.size() - 1, " more") : "",
-        effect_of(best, reproduce(recorded, other, chosen.labels)).second));
+        effect_of(best, reproduce(all.recorded, other, chosen.labels)).second));
   }
   if (best.slices.unexplained > 0) best.check.doubt(unexplained_sentence(best.slices));
   if (best.slices.threads > 0)
-    remarks[Remark::unmodelled].push_back(sentence(best.slices, found.graph.epoch));
+    remarks[Remark::unmodelled].push_back(sentence(best.slices, all.found.graph.epoch));
   if (best.check.light != Light::green)  // they may explain a deviation
     std::ranges::copy(remarks[Remark::unmodelled], std::back_inserter(best.check.reasons));
-  return {std::move(recorded), std::move(recognitions), chosen.given,      std::move(deliveries),
-          std::move(found),    std::move(best),         std::move(remarks)};
+  return all;
 }
 
 }  // namespace hotpath::imports
