@@ -24,18 +24,13 @@ results::DeploymentRecord record_of(const ExecutorSpec& spec, const TaskSet& set
   for (std::size_t e = 0; e < plan.executors.size(); ++e) {
     const DeployedExecutor& executor = plan.executors[e];
     const ExecutorSpec& part = spec.deployment->executors[e];
-    results::DeployedExecutorRecord& stored = record.executors.emplace_back();
-    stored.name = executor.name;
-    stored.executor = executor.executor;
-    stored.policy = to_string(executor.policy);
-    stored.processors = executor.processors;
-    stored.process = executor.process;
-    stored.first_worker = first;
-    stored.workers = worker_count(*part.entry, part.scheduler);
-    for (TaskId id = 0; id < set.size(); ++id) {
-      if (plan.executor_of[id] == e) stored.tasks.push_back(set[id].name);
-    }
-    first += stored.workers;
+    const std::uint32_t workers = worker_count(*part.entry, part.scheduler);
+    std::vector<std::string> tasks;
+    for (TaskId id = 0; id < set.size(); ++id)
+      if (plan.executor_of[id] == e) tasks.push_back(set[id].name);
+    record.executors.push_back({executor.name, executor.executor, to_string(executor.policy),
+                                executor.processors, executor.process, first, workers, std::move(tasks)});
+    first += workers;
   }
   return record;
 }

@@ -47,12 +47,8 @@ ExecutorSpec deployed(const results::StoredRun& run, const results::DeploymentRe
   plan.file = (run.folder() / "run.json").string();
   plan.executor_of.assign(set.size(), 0);
   for (const results::DeployedExecutorRecord& of : stored.executors) {
-    DeployedExecutor& executor = plan.executors.emplace_back();
-    executor.name = of.name;
-    executor.executor = of.executor;
-    executor.policy = parse_thread_policy(of.policy);
-    executor.processors = of.processors;
-    executor.process = of.process;
+    plan.executors.push_back(
+        {of.name, of.executor, parse_thread_policy(of.policy), of.processors, 0, of.process});
     plan.processes.resize(std::max<std::size_t>(plan.processes.size(), of.process + 1));
     for (const std::string& name : of.tasks) {
       const auto task = std::ranges::find(set.tasks, name, &Task::name);
