@@ -175,20 +175,25 @@ class Results(dict[str, Result]):
             assert with_it.files != without.files or not without.files, f"{line} is ignored"
             if without.runs and not use.startswith("advise"):  # its runs are those of `simulate`
                 assert with_it.runs != without.runs, f"run.json does not record {line}"
-        if use == effects.SIMULATION and "--no-trace" not in line:
-            self.check_record(RunFolder(next(with_it.folder.glob("*/run.json")).parent))
 
-    def check_record(self, run: RunFolder) -> None:
-        """A stored run has all of its options: its command makes the same files, its simulation the run."""
-        assert "threads" not in " ".join(run.run["command"]), "it changes no result"
-        again = self[" ".join([*run.run["command"], "--output", "again"])].folder / "again"
-        for name in ("run.json", "summary.json", "jobs.csv", "chains.csv"):
-            assert (again / name).read_bytes() == (run.path / name).read_bytes(), run.path
-        compared = self[f"diff {run.path} --simulated --output validation"]
+    def check_records(self) -> None:
+        """Stored runs have all of their options: their commands make the same files, their simulations the
+        runs, which one command compares."""
+        lines = [line for line in self if line.startswith("simulate") and "--no-trace" not in line]
+        runs = [RunFolder(file.parent) for line in lines for file in self[line].folder.glob("*/run.json")]
+        for run in runs:
+            assert "threads" not in " ".join(run.run["command"]), "it changes no result"
+            again = self[" ".join([*run.run["command"], "--output", "again"])].folder / "again"
+            for name in ("run.json", "summary.json", "jobs.csv", "chains.csv"):
+                assert (again / name).read_bytes() == (run.path / name).read_bytes(), run.path
+        compared = self[
+            " ".join(["diff", *(str(run.path) for run in runs), "--simulated --output validation"])
+        ]
         comparisons = json.loads(compared.files["validation/validation.json"])["runs"]
-        assert len(comparisons) == len(run.run["runs"]) > 0
-        for both in (entry["comparison"] for entry in comparisons):
-            assert (both["similarity"], both["first_difference"]) == (1, None), run.path
+        assert len(comparisons) == sum(len(run.run["runs"]) for run in runs) > len(runs) > 25
+        for entry in comparisons:
+            both = entry["comparison"]
+            assert (both["similarity"], both["first_difference"]) == (1, None), entry
             assert both["measured"] == both["other"] and both["measured"]["jobs"] > 10
 
 
@@ -211,6 +216,13 @@ def results(stock: Path, tmp_path_factory: Any) -> Results:
 @pytest.mark.parametrize("use, effect", effects_of())
 def test_each_option_has_its_effect(results: Results, use: str, effect: str) -> None:
     results.check(use, effect)
+
+
+def test_each_stored_run_has_all_of_its_options(results: Results) -> None:
+    for use, effect in effects_of():
+        if use == effects.SIMULATION:
+            results.check(use, effect)
+    results.check_records()
 
 
 @pytest.mark.parametrize(

@@ -54,9 +54,10 @@ KINDS = {
     "ftruncate": [errno.ENOSPC],
     "flock": [errno.EWOULDBLOCK],
 }
+MEASURED = "default,rm-ro" if PLACES else "paper"  # the paper's others add 34 places, all of malloc
 COMMANDS = {
-    "simulate": ["simulate", "--executors", "default,rm-ro", "--duration", "0.2", "--warm-up", "0"],
-    "run": ["run", "--load", "1", "--duration", "0.1", "--warm-up", "0", "--time-out", "2"],
+    "simulate": "simulate --executors default,rm-ro --duration 0.2 --warm-up 0".split(),
+    "run": f"run --executors {MEASURED} --repetitions 1 --load 1 --duration 0.1 --warm-up 0 --time-out 2".split(),
 }
 
 

@@ -49,11 +49,20 @@ def executors() -> Any:
     return {e["name"]: e for e in json.loads(subprocess.run(words, check=True, capture_output=True).stdout)}
 
 
+@functools.cache
+def schema(name: str) -> Any:
+    """Checks documents of this name."""
+    path = BENCH / "hotpath_report" / "schemas" / name
+    content = json.loads(path.read_text())
+    kind = jsonschema.validators.validator_for(content)
+    kind.check_schema(content)
+    return kind(content, resolver=jsonschema.RefResolver(path.as_uri(), content))
+
+
 def document(file: Path, text: str = "") -> Any:
     """The JSON document in a file, or this text of one, checked against the schema of the file's name."""
-    path = BENCH / "hotpath_report" / "schemas" / file.name
-    schema, content = (json.loads(of) for of in (path.read_text(), text or file.read_text()))
-    jsonschema.validate(content, schema, resolver=jsonschema.RefResolver(path.as_uri(), schema))
+    content = json.loads(text or file.read_text())
+    schema(file.name).validate(content)
     return content
 
 
