@@ -177,10 +177,10 @@ class Simulation {
     if (executor.family == Family::groups && !faulty(Fault::groups_ignored)) {
       if (thread.ready_groups.empty()) return std::nullopt;
       const int group = thread.ready_groups.front();
-      std::deque<Ready>& ready = thread.groups[static_cast<std::size_t>(group)].ready;
-      thread.ready_groups.pop_front();
+      std::vector<Ready>& ready = thread.groups[static_cast<std::size_t>(group)].ready;
+      thread.ready_groups.erase(thread.ready_groups.begin());
       const Ready first = ready.front();
-      ready.pop_front();
+      ready.erase(ready.begin());
       thread.again = executor.at_dispatch && graph_.reentrant.contains(group) && !ready.empty();
       if (thread.again) thread.ready_groups.push_back(group);
       return first;
@@ -253,7 +253,7 @@ class Simulation {
       if (faulty(Fault::stale_events_withdrawn)) return;
     } else {
       const Sample sample = state(ready.task).unread.front();
-      state(ready.task).unread.pop_front();
+      state(ready.task).unread.erase(state(ready.task).unread.begin());
       thread.history = sample.history;
       job.sequence = sample.sequence;
       job.timestamp = sample.published;
@@ -309,7 +309,7 @@ class Simulation {
       const Sample& lost = faulty(Fault::newest_overwritten) ? sample : s.unread.front();
       result_.jobs.push_back({reader, lost.sequence, Outcome::overwritten, lost.published, 0, now_, 0,
                               lost.deadline, lost.parent, lost.parent_sequence});
-      if (!faulty(Fault::newest_overwritten)) s.unread.pop_front();
+      if (!faulty(Fault::newest_overwritten)) s.unread.erase(s.unread.begin());
     }
     if (s.unread.size() < task(reader).depth) s.unread.push_back(sample);
     if (executor_of(reader).family != Family::wait_set) enqueue({reader, 0, now_, now_, sample.deadline});

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <deque>
 #include <limits>
 #include <optional>
 #include <string>
@@ -42,12 +41,12 @@ struct TaskState {
   std::int64_t sequence = 0;       ///< Next timestamp of a timer, next sample of a subscription.
   bool armed = true;               ///< cbg: the timer thread watches the timer.
   std::int64_t armed_order = 0;    ///< cbg: of simultaneous timers, that watched for longest goes first.
-  std::deque<Sample> unread{};
+  std::vector<Sample> unread{};
   std::int64_t rank = 0;  ///< Fixed priority.
 };
 
 struct Group {
-  std::deque<Ready> ready{};
+  std::vector<Ready> ready{};
   bool listed = false;  ///< Among the ready groups, or running.
 };
 
@@ -62,7 +61,7 @@ struct ThreadState {
   Thread thread;
   std::vector<Ready> queue{};  ///< Events, or the rest of the snapshot.
   std::vector<Group> groups{};
-  std::deque<int> ready_groups{};
+  std::vector<int> ready_groups{};
   bool again = false;                                   ///< The group of the running job is among them.
   std::vector<std::pair<int, Nanoseconds>> requests{};  ///< Of services that wait: task and arrival.
   Nanoseconds next_service = 0;                         ///< None runs ahead of its priority before.

@@ -44,7 +44,7 @@ struct Worker {
 };
 
 struct EventGroup {
-  std::deque<int> events{};
+  std::vector<int> events{};
   bool idle = true;  ///< Neither ready nor running: its next event makes it ready.
 };
 
@@ -251,10 +251,10 @@ class System {
     if (woken_ == w) woken_ = -1;
     if (ready_.empty()) return sleep(w);
     const int number = ready_.front();
-    ready_.pop_front();
-    std::deque<int>& events = groups_[static_cast<std::size_t>(number)].events;
+    ready_.erase(ready_.begin());
+    std::vector<int>& events = groups_[static_cast<std::size_t>(number)].events;
     const int t = events.front();
-    events.pop_front();
+    events.erase(events.begin());
     if (at_dispatch_ && graph_->reentrant.contains(number) && !events.empty()) ready_.push_back(number);
     if (at_dispatch_ && !ready_.empty()) wake_one();
     return t;
@@ -266,7 +266,7 @@ class System {
   }
 
   void queue(int group) {
-    planted_ == Planted::group_first ? ready_.push_front(group) : ready_.push_back(group);
+    planted_ == Planted::group_first ? void(ready_.insert(ready_.begin(), group)) : ready_.push_back(group);
     wake_one();
   }
 
@@ -308,7 +308,7 @@ class System {
       job.timestamp = sample.published;
       job.parent = sample.parent;
       history = sample.history;
-      state(id).unread.pop_front();
+      state(id).unread.erase(state(id).unread.begin());
     }
     if (!events_) busy_[static_cast<std::size_t>(t.group)] = excludes(id);
     nodes_.store(job, history);
@@ -326,8 +326,8 @@ class System {
       keep("chain", chain, output.end_to_end, false);
     };
     nodes_.publish(job, worker(w).history, observe, [&](int reader, const History& history) {
-      std::deque<Sample>& unread = state(reader).unread;
-      if (unread.size() == task(reader).depth) unread.pop_front();
+      std::vector<Sample>& unread = state(reader).unread;
+      if (unread.size() == task(reader).depth) unread.erase(unread.begin());
       unread.push_back({0, now_, 0, job.task, 0, history});
       events_ ? add_event(reader) : waits_for(reader) ? wake(waiter_) : void();
     });
@@ -373,7 +373,7 @@ class System {
   bool guard_ = false, rebuild_ = false;  ///< The guard condition is triggered; entities_need_rebuild_.
   int waiter_ = -1;                       ///< The thread in rcl_wait.
   std::vector<EventGroup> groups_;        ///< Of cbg.
-  std::deque<int> ready_{};
+  std::vector<int> ready_{};
   std::set<int> held_{};        ///< Threads whose jobs end in a later call.
   std::vector<int> watched_{};  ///< Timers, in the order in which the timer thread got them.
   int woken_ = -1;              ///< Has not looked for a group yet.

@@ -15,7 +15,7 @@ namespace independent {
 namespace {
 
 Worst worst_cases(const Graph& graph, const std::string& label, Planted planted = Planted::none) {
-  constexpr std::size_t kMostStates = 6'000;
+  constexpr std::size_t kMostStates = 2'500;
   Worst worst;
   std::unordered_set<std::string> met;
   std::vector<System> open;
