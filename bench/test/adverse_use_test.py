@@ -176,26 +176,6 @@ class Results(dict[str, Result]):
             if without.runs and not use.startswith("advise"):  # its runs are those of `simulate`
                 assert with_it.runs != without.runs, f"run.json does not record {line}"
 
-    def check_records(self) -> None:
-        """Stored runs have all of their options: their commands make the same files, their simulations the
-        runs, which one command compares."""
-        lines = [line for line in self if line.startswith("simulate") and "--no-trace" not in line]
-        runs = [RunFolder(file.parent) for line in lines for file in self[line].folder.glob("*/run.json")]
-        for run in runs:
-            assert "threads" not in " ".join(run.run["command"]), "it changes no result"
-            again = self[" ".join([*run.run["command"], "--output", "again"])].folder / "again"
-            for name in ("run.json", "summary.json", "jobs.csv", "chains.csv"):
-                assert (again / name).read_bytes() == (run.path / name).read_bytes(), run.path
-        compared = self[
-            " ".join(["diff", *(str(run.path) for run in runs), "--simulated --output validation"])
-        ]
-        comparisons = json.loads(compared.files["validation/validation.json"])["runs"]
-        assert len(comparisons) == sum(len(run.run["runs"]) for run in runs) > len(runs) > 25
-        for entry in comparisons:
-            both = entry["comparison"]
-            assert (both["similarity"], both["first_difference"]) == (1, None), entry
-            assert both["measured"] == both["other"] and both["measured"]["jobs"] > 10
-
 
 def effects_of() -> list[tuple[str, str]]:
     """(use, effect) of each option; a later line for an option replaces an earlier one."""
@@ -219,10 +199,23 @@ def test_each_option_has_its_effect(results: Results, use: str, effect: str) -> 
 
 
 def test_each_stored_run_has_all_of_its_options(results: Results) -> None:
+    """The command of a run makes the same files, and its simulation the run; one command compares all."""
     for use, effect in effects_of():
         if use == effects.SIMULATION:
             results.check(use, effect)
-    results.check_records()
+    lines = [line for line in results if line.startswith("simulate") and "--no-trace" not in line]
+    runs = [RunFolder(file.parent) for line in lines for file in results[line].folder.glob("*/run.json")]
+    for run in runs:
+        assert "threads" not in " ".join(run.run["command"]), "it changes no result"
+        again = results[" ".join([*run.run["command"], "--output", "again"])].folder / "again"
+        for name in ("run.json", "summary.json", "jobs.csv", "chains.csv"):
+            assert (again / name).read_bytes() == (run.path / name).read_bytes(), run.path
+    compared = results[" ".join(["diff", *(str(r.path) for r in runs), "--simulated --output validation"])]
+    comparisons = json.loads(compared.files["validation/validation.json"])["runs"]
+    assert len(comparisons) == sum(len(run.run["runs"]) for run in runs) > len(runs) > 25
+    for both in (entry["comparison"] for entry in comparisons):
+        assert (both["similarity"], both["first_difference"]) == (1, None), both
+        assert both["measured"] == both["other"] and both["measured"]["jobs"] > 10
 
 
 @pytest.mark.parametrize(

@@ -54,9 +54,8 @@ def schema(name: str) -> Any:
     """Checks documents of this name."""
     path = BENCH / "hotpath_report" / "schemas" / name
     content = json.loads(path.read_text())
-    kind = jsonschema.validators.validator_for(content)
-    kind.check_schema(content)
-    return kind(content, resolver=jsonschema.RefResolver(path.as_uri(), content))
+    jsonschema.Draft202012Validator.check_schema(content)
+    return jsonschema.Draft202012Validator(content, resolver=jsonschema.RefResolver(path.as_uri(), content))
 
 
 def document(file: Path, text: str = "") -> Any:
