@@ -46,14 +46,11 @@ ChainJoin::ChainJoin(const Graph& graph, const GraphTasks& tasks)
 }
 
 std::optional<Time> ChainJoin::source_timestamp(TaskId timer, bool names_job, std::uint64_t sequence) const {
-  const SourceJobs& jobs = source_jobs_[timer];
-  std::size_t place = sequence;
-  if (names_job) {
-    const auto job = std::lower_bound(jobs.sequences.begin(), jobs.sequences.end(), sequence);
-    if (job == jobs.sequences.end() || *job != sequence) return std::nullopt;
-    place = static_cast<std::size_t>(job - jobs.sequences.begin());
-  }
-  return place < jobs.timestamps.size() ? std::optional(jobs.timestamps[place]) : std::nullopt;
+  const std::vector<SourceJob>& jobs = source_jobs_[timer];
+  auto job = jobs.begin() + static_cast<std::ptrdiff_t>(std::min<std::uint64_t>(sequence, jobs.size()));
+  if (names_job) job = std::ranges::lower_bound(jobs, sequence, {}, &SourceJob::sequence);
+  if (job == jobs.end() || (names_job && job->sequence != sequence)) return std::nullopt;
+  return job->timestamp;
 }
 
 ChainRecord ChainJoin::join(const ChainObservation& o) const {

@@ -184,16 +184,16 @@ void GraphWorkload::publish_due(Running& job) {
 }
 
 void GraphWorkload::delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) {
-  const auto message = std::find_if(on_the_way_.begin(), on_the_way_.end(), [&](const OnTheWay& m) {
-    return m.parent == parent &&
-           std::find(m.readers->begin(), m.readers->end(), subscription) != m.readers->end();
-  });
-  assert(message != on_the_way_.end() && "only a published message can arrive");
+  auto message = on_the_way_.begin();
+  while (message->parent != parent || std::ranges::count(*message->readers, subscription) == 0) {
+    ++message;
+    assert(message != on_the_way_.end() && "only a published message can arrive");
+  }
   if (--message->deliveries > 0) {
     unread_[subscription].push_back({sequence, message->sample, parent});
   } else {
     unread_[subscription].push_back({sequence, std::move(message->sample), parent});
-    message == on_the_way_.begin() ? on_the_way_.pop_front() : void(on_the_way_.erase(message));
+    on_the_way_.erase(message);
   }
 }
 
@@ -210,8 +210,9 @@ SimulatedSample GraphWorkload::take(TaskId subscription, std::uint64_t sequence)
 }
 
 void GraphWorkload::observe(const SimulatedMessage& message, Activation<SimulatedMessages>& job) {
-  if (observations_ == nullptr) return;
-  observe_chains(structure_->history, message, structure_->chains, structure_->ends[job.ref.task], job,
+  const std::vector<std::uint32_t>& ends = structure_->ends[job.ref.task];
+  if (observations_ == nullptr || ends.empty()) return;
+  observe_chains(structure_->history, message, structure_->chains, ends, job,
                  [this](const ChainObservation& observation) { observations_->push_back(observation); });
 }
 

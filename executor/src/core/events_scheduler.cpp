@@ -37,21 +37,20 @@ std::optional<Job> EventsScheduler::next_of(EventsQueue& queue) const {
 
 Decision EventsScheduler::next_event(Time now) {
   if (events_->empty()) return {};
-  const std::optional<Job> first = next_job(now);
-  if (!first) return {};
-  Job job = *first;
-  if (unread_.is_subscription(job.task)) {
+  Decision decision{next_job(now), kNever, {}};
+  std::optional<Job>& job = decision.job;
+  if (job && unread_.is_subscription(job->task)) {
     // An event is not tied to one sample: it takes the oldest unread sample at the moment it runs.
     // If the history overflowed, that sample may be younger than the one that raised the event.
-    const Time release = job.release;
-    if (unread_.count(job.task) > 0) {
-      job = unread_.pop(job.task);
-      job.release = std::max(release, job.timestamp);
+    const Time release = job->release;
+    if (unread_.count(job->task) > 0) {
+      *job = unread_.pop(job->task);
+      job->release = std::max(release, job->timestamp);
     } else {
-      job.empty = true;
+      job->empty = true;
     }
   }
-  return {job, kNever, {}};
+  return decision;
 }
 
 std::optional<Job> EventsScheduler::next_job(Time now) {

@@ -179,7 +179,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     state.from = Time{} + Duration(state.zone.lowest(kNow));
     for (const auto& [worker, job] : started_) {
       const SimulatedWorkers::State& thread = state.simulation->workers()[worker];
-      if (thread.step != ExploredState::Step::run || !(thread.job.ref() == job)) continue;  // it took no time
+      if (thread.step != ExploredState::Step::run || !(thread.record.job.ref() == job)) continue;  // it took no time
       const Task& task = set_[job.task];
       const std::int64_t longest = (thread.until - state.simulation->now()).count();
       const std::size_t end = state.track({job, JobInstant::Kind::end});
@@ -200,10 +200,10 @@ class Exploration final : public JobSink, public ExploredInstant {
     const std::int64_t end = (executor.until - Time{}).count();
     state.from = Time{} + Duration(zone.lowest(kNow));
     if (step_ends_ && executor.step == ExploredState::Step::run)
-      state.begun = {{executor.job.task, kEnd, ExploredState::kExecutor}};
+      state.begun = {{executor.record.job.task, kEnd, ExploredState::kExecutor}};
     if (state.busy()) {
       if (step_ends_) {
-        const Task& task = set_[executor.job.task];
+        const Task& task = set_[executor.record.job.task];
         // The workload took the longest time.
         const std::int64_t spread =
             executor.step == ExploredState::Step::run ? (task.wcet - task.bcet).count() : 0;

@@ -137,10 +137,10 @@ class ExploredSimulation : public Simulation {
       worker.wake_at <= now_ ? words.add(-2) : words.add(worker.wake_at);
       return;
     }
-    words.add(worker.job.task);
-    words.add(worker.job.empty ? 1 : 0);
-    if (is_of_timer(worker.job)) words.add(worker.job.timestamp);
-    if (scheduler_->hands_deadlines_down()) words.add(worker.job.deadline);
+    words.add(worker.record.job.task);
+    words.add(worker.record.job.empty ? 1 : 0);
+    if (is_of_timer(worker.record.job)) words.add(worker.record.job.timestamp);
+    if (scheduler_->hands_deadlines_down()) words.add(worker.record.job.deadline);
   }
 
   const Cloned<ExploredScheduler> scheduler_;

@@ -83,7 +83,7 @@ struct ExploredState {
     return all;
   }
   [[nodiscard]] std::size_t end_of_job(Worker w) const {
-    return coordinate_of({simulation->workers()[w].job.ref(), JobInstant::Kind::end});
+    return coordinate_of({simulation->workers()[w].record.job.ref(), JobInstant::Kind::end});
   }
   /// kConstant: it has none.
   [[nodiscard]] std::size_t coordinate_of(const JobInstant& instant) const {

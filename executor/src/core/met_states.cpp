@@ -66,7 +66,7 @@ std::vector<std::int64_t> MetStates::describe(const ExploredState& state, std::i
   state.simulation->workload().describe(words);
   if (state.simulation->several()) {
     for (const Worker w : state.running()) {
-      const Job& job = state.simulation->workers()[w].job;
+      const Job& job = state.simulation->workers()[w].record.job;
       if (publications_ && !is_of_timer(job)) describe_publication(job.parent, words);
       coordinates.push_back(state.end_of_job(w));
       add_coordinate(state, {job.ref()}, coordinates);
@@ -78,9 +78,9 @@ std::vector<std::int64_t> MetStates::describe(const ExploredState& state, std::i
   if (state.releases) coordinates.push_back(kTimers);
   if (state.simulation->shares_core() && state.executor().on_core) coordinates.push_back(kSlice);
   const SimulatedWorkers::State& executor = state.executor();
-  const bool has_sample = executor.has_job && !executor.job.empty && !is_of_timer(executor.job);
-  if (publications_ && state.busy() && has_sample) describe_publication(executor.job.parent, words);
-  if (executor.step == ExploredState::Step::run) add_coordinate(state, {executor.job.ref()}, coordinates);
+  const bool has_sample = executor.has_job && !executor.record.job.empty && !is_of_timer(executor.record.job);
+  if (publications_ && state.busy() && has_sample) describe_publication(executor.record.job.parent, words);
+  if (executor.step == ExploredState::Step::run) add_coordinate(state, {executor.record.job.ref()}, coordinates);
   for (const JobInstant& instant : words.data()) add_coordinate(state, instant, coordinates);
   return words.take_words();
 }

@@ -8,6 +8,7 @@
 
 #include "hotpath/core/platform.hpp"
 #include "hotpath/core/scheduler.hpp"
+#include "hotpath/core/trace.hpp"
 
 namespace hotpath {
 
@@ -78,8 +79,7 @@ class SimulatedWorkers {
     // The worker's last decision.
     bool has_job = false;
     std::uint32_t rounds = 0;  ///< What is left of Workload::end_round() of the job.
-    Job job;
-    Time start{};
+    JobRecord record;          ///< Of the job; its finish and outcome are those of the worker's last job.
     Time wake_at{};     ///< Without a job.
     WorkerSet to_wake;  ///< Other workers of its executor, to wake after the lock is released.
 
@@ -100,6 +100,7 @@ class SimulatedWorkers {
     State& s = states_.emplace_back();
     s.executor = executor;
     s.number = number;
+    s.record.worker = static_cast<std::uint16_t>(states_.size() - 1);
     s.thread = thread;
     s.priority = thread.priority;
     // Linux's weights: one nice level is a factor of 1.25.
@@ -121,7 +122,7 @@ class SimulatedWorkers {
   const State& operator[](Worker w) const { return states_[w]; }
 
   /// The workers on cores, by priority, then by time since they became ready.
-  std::size_t on_core() const { return cores_differ_ ? running_.size() : std::min(ready_.size(), cores_); }
+  std::size_t on_core() const { return on_core_; }
   Worker running(std::size_t i) const { return cores_differ_ ? running_[i] : ready_[i]; }
 
   /// Starts the next step of a ready worker.
@@ -157,11 +158,8 @@ class SimulatedWorkers {
   }
 
   void wake(Worker w, Time now) {
-    State& s = states_[w];
-    s.woken = true;
-    if (s.step != Step::asleep) return;
-    const Time until = std::min(s.until, now + (s.queues ? Duration{} : wake_up_latency_));
-    until <= now ? make_ready(w, now) : sleep_until(w, until);
+    states_[w].woken = true;
+    if (states_[w].step == Step::asleep) wake_sleeper(w, now);
   }
 
   /// Changes when a sleeping worker wakes.
@@ -214,6 +212,9 @@ class SimulatedWorkers {
   }
 
  private:
+  /// Not inline: most wakes find no sleeper, and their check stays short.
+  void wake_sleeper(Worker w, Time now);
+
   /// Whether a worker of the ordinary policy waits for the core of `w`, also of that policy.
   bool others_wait_for_core_of(Worker w) const {
     const State& s = states_[w];
@@ -228,6 +229,7 @@ class SimulatedWorkers {
   /// Updates the cores after position `changed` in ready_ received another worker or was removed.
   void assign_cores(std::size_t changed, Time now) {
     if (!cores_differ_) {
+      on_core_ = std::min(ready_.size(), cores_);
       // At most one other worker has moved to the last position with a core, or to the first without.
       for (const std::size_t position : {changed, cores_ - 1, cores_}) assign_core(position, now);
       return;
@@ -237,6 +239,7 @@ class SimulatedWorkers {
       if (states_[w].on_core) take_core(w, now);  // otherwise it has left
     }
     choose_running();
+    on_core_ = running_.size();
     for (const Worker w : running_) give_core(w, now);
   }
 
@@ -317,6 +320,7 @@ class SimulatedWorkers {
   EarliestTime sleepers_;        // wake-up times of sleeping workers
   std::vector<Worker> ready_;    // by priority, then by arrival
   std::vector<Worker> running_;  // if cores differ: the workers of ready_ on a core, in the same order
+  std::size_t on_core_ = 0;      // number of workers on cores
   std::vector<Worker> owner_;    // by core, if cores differ
   std::uint64_t tried_ = 0;      // cores that place() has tried
 };

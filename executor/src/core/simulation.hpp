@@ -131,15 +131,19 @@ class Simulation {
   Executor& executor_of(Worker w) { return executors_[workers_[w].executor]; }
 
   /// Translates a scheduler's job to the task's number in the whole set.
-  static Job of_whole_set(const Executor& executor, Job job) {
+  static void to_whole_set(const Executor& executor, Job& job) {
     if (!executor.tasks.empty()) job.task = executor.tasks[job.task];
-    return job;
+  }
+  /// Passes on the record of a scheduler's job that never runs.
+  void end_unstarted(const Executor& executor, Job job, Outcome outcome) {
+    to_whole_set(executor, job);
+    if (sink_) sink_->ended({.job = job, .outcome = outcome});
   }
   /// The task's number in the scheduler that serves it.
   TaskId number_there(TaskId task) const { return numbers_.empty() ? task : numbers_[task]; }
 
-  void wake(const Executor& executor, WorkerSet numbers) {
-    while (!numbers.empty()) workers_.wake(executor.first + numbers.pop_first(), now_);
+  void wake(Worker first, WorkerSet numbers) {
+    while (!numbers.empty()) workers_.wake(first + numbers.pop_first(), now_);
   }
 
   /// Runs all steps of this instant, in rounds: after the release of one timer, the woken worker
@@ -189,7 +193,7 @@ class Simulation {
     worker.woken = false;
     const Turn turn = take_turn(*executor.scheduler, worker.number, now_);
     worker.has_job = turn.decision.job.has_value();
-    if (worker.has_job) worker.job = of_whole_set(executor, *turn.decision.job);
+    if (worker.has_job) to_whole_set(executor, worker.record.job = *turn.decision.job);
     worker.wake_at = turn.decision.wake_at;
     worker.queues = turn.decision.blocked;
     worker.to_wake = turn.decision.wake;
@@ -229,10 +233,10 @@ class Simulation {
   /// The part of the live loop after the lock is released.
   void follow(Worker w) {
     SimulatedWorkers::State& worker = workers_[w];
-    wake(executor_of(w), worker.to_wake);
+    wake(executor_of(w).first, worker.to_wake);
     if (worker.has_job) {
       worker.in_pass = false;
-      const Duration cost = platform_.dispatch_cost(set_[worker.job.task].kind);
+      const Duration cost = platform_.dispatch_cost(set_[worker.record.job.task].kind);
       workers_.begin_step(w, Step::dispatch, cost, now_);
       if (worker.on_core && cost == Duration{}) start_job(w);
     } else if (worker.woken || worker.wake_at <= now_) {
@@ -247,21 +251,20 @@ class Simulation {
 
   void start_job(Worker w) {
     SimulatedWorkers::State& worker = workers_[w];
-    const Job& job = worker.job;
-    worker.start = now_;
+    const Job& job = worker.record.job;
+    worker.record.start = now_;
     if (job.empty) {
-      if (sink_) sink_->ended(record(w, Outcome::empty));
-      done(w);
-      return;
+      end(w, Outcome::empty);
+      return done(w);
     }
     run(w, workload_->start(job, now_));
     if (workers_.size() > 1) worker.rounds = workload_->end_round(job);  // alone, it ends beside no other
-    if (sink_) sink_->started(record(w, Outcome::ran));
+    if (sink_) sink_->started(worker.record);
   }
 
   void run(Worker w, Duration time) {
     if (time < Duration{} || time > kLongestInstant) {
-      throw SimulationError("the execution time of a job of task `" + set_[workers_[w].job.task].name +
+      throw SimulationError("the execution time of a job of task `" + set_[workers_[w].record.job.task].name +
                             "` must be between 0 and 2^60 ns");
     }
     workers_.begin_step(w, Step::run, time, now_);
@@ -269,12 +272,12 @@ class Simulation {
 
   /// Ends a job, or a part of it at whose end it publishes.
   void finish_job(Worker w) {
-    const Job& job = workers_[w].job;
+    const Job& job = workers_[w].record.job;
     const std::span<const TaskId> reached = workload_->finish(job, set_[job.task], now_);
     const std::optional<Duration> rest = workload_->rest();
     if (!rest) {
       ++summary_.jobs;
-      if (sink_) sink_->ended(record(w, Outcome::ran));
+      end(w, Outcome::ran);
     }
     if (!reached.empty()) publish(job, reached);
     rest ? run(w, *rest) : done(w);
@@ -283,9 +286,9 @@ class Simulation {
   void done(Worker w) {
     again(w);
     const Executor& executor = executor_of(w);
-    Job job = workers_[w].job;
+    Job& job = workers_[w].record.job;
     job.task = number_there(job.task);
-    wake(executor, executor.scheduler->finished(workers_[w].number, job, now_).wake);
+    wake(executor.first, executor.scheduler->finished(workers_[w].number, job, now_).wake);
   }
 
   void publish(const Job& job, std::span<const TaskId> reached) {
@@ -315,12 +318,11 @@ class Simulation {
         executor.scheduler->sample_arrived(number_there(sample.subscription), sample.info, now_);
     if (arrival.overwritten) {
       workload_->overwritten(sample.subscription, arrival.overwritten->sequence);
-      if (sink_)
-        sink_->ended({.job = of_whole_set(executor, *arrival.overwritten), .outcome = Outcome::overwritten});
+      end_unstarted(executor, *arrival.overwritten, Outcome::overwritten);
     }
     workload_->delivered(sample.subscription, arrived_[sample.subscription]++, sample.info.parent);
     if (executor.events && ++executor.events_waiting > overload_backlog_) check_load(executor.events_waiting);
-    wake(executor, arrival.wake);
+    wake(executor.first, arrival.wake);
   }
 
   void arrive_next() {
@@ -335,7 +337,7 @@ class Simulation {
     Executor& executor = executors_[worker.executor];
     executor.timers_waiting += released;
     if (worker.has_job) {
-      const bool timer = set_[worker.job.task].kind == TaskKind::timer;
+      const bool timer = set_[worker.record.job.task].kind == TaskKind::timer;
       std::uint64_t& waiting = timer ? executor.timers_waiting : executor.events_waiting;
       if (waiting > 0) --waiting;  // stock release-and-execute runs timers that were not queued
     }
@@ -347,12 +349,12 @@ class Simulation {
   /// or a job that waits for a long one.
   void check_load(std::uint64_t waiting) const;
 
-  JobRecord record(Worker w, Outcome outcome) const {
-    return {.job = workers_[w].job,
-            .start = workers_[w].start,
-            .finish = outcome == Outcome::running ? Time{} : now_,
-            .outcome = outcome,
-            .worker = static_cast<std::uint16_t>(w)};
+  /// Completes the record of a job that has started, and passes it on.
+  void end(Worker w, Outcome outcome) {
+    JobRecord& record = workers_[w].record;
+    record.finish = outcome == Outcome::running ? Time{} : now_;
+    record.outcome = outcome;
+    if (sink_) sink_->ended(record);
   }
 
   /// Records everything that was released, published or due before the end and did not run.

@@ -49,6 +49,12 @@ void check_simulation(const TaskSet& set, const SimulationOptions& options) {
   for (const Task& task : set.tasks) check_task(task);
 }
 
+void SimulatedWorkers::wake_sleeper(Worker w, Time now) {
+  const State& s = states_[w];
+  const Time until = std::min(s.until, now + (s.queues ? Duration{} : wake_up_latency_));
+  until <= now ? make_ready(w, now) : sleep_until(w, until);
+}
+
 void Simulation::check_load(std::uint64_t waiting) const {
   const double load = utilisation(set_, summary_.published, now_ - Time{});
   const Duration per_job = platform_.release_cost + platform_.pass_cost + platform_.longest_dispatch_cost();
@@ -72,16 +78,15 @@ void Simulation::close() {
   for (Worker w = 0; w < workers_.size(); ++w) {
     const SimulatedWorkers::State& worker = workers_[w];
     if (worker.step == Step::run) {
-      sink_->ended(record(w, Outcome::running));
+      end(w, Outcome::running);
     } else if ((worker.step == Step::release || worker.step == Step::dispatch) && worker.has_job &&
-               !worker.job.empty) {
-      sink_->ended({.job = worker.job, .outcome = Outcome::queued});  // decided, but not started
+               !worker.record.job.empty) {
+      sink_->ended({.job = worker.record.job, .outcome = Outcome::queued});  // decided, but not started
     }
   }
   for (const Executor& executor : executors_) {
-    executor.scheduler->unfinished(now_, [&](const Job& job, Outcome outcome) {
-      sink_->ended({.job = of_whole_set(executor, job), .outcome = outcome});
-    });
+    executor.scheduler->unfinished(
+        now_, [&](const Job& job, Outcome outcome) { end_unstarted(executor, job, outcome); });
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "hotpath/core/explored_scheduler.hpp"
@@ -46,9 +47,9 @@ class WaitSet : public ExploredScheduler {
   template <class Eligible>
   std::uint32_t poll(Time now, Eligible&& eligible) {
     const Timer* timer = timers_.data();
-    for (const TaskId id : entities_) {
-      const bool ready = unread_.is_subscription(id) ? unread_.count(id) > 0 : timer++->is_ready(now);
-      if (ready && eligible(id)) snapshot_.add(id, now);
+    for (const TaskId id : std::span(entities_)) {
+      if (unread_.is_subscription(id) ? unread_.count(id) == 0 : !timer++->is_ready(now)) continue;
+      if (eligible(id)) snapshot_.add(id, now);
     }
     return static_cast<std::uint32_t>(entities_.size());
   }

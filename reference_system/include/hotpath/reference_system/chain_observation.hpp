@@ -123,9 +123,7 @@ class ChainJoin {
   }
   /// Adds a job at its start, whose outcome is unknown, and at its end.
   void add_start(const JobRecord& r) {
-    if (!is_source_[r.job.task]) return;
-    source_jobs_[r.job.task].sequences.push_back(r.job.sequence);
-    source_jobs_[r.job.task].timestamps.push_back(r.job.timestamp);
+    if (is_source_[r.job.task]) source_jobs_[r.job.task].push_back({r.job.sequence, r.job.timestamp});
   }
   void add_end(const JobRecord& r) {
     if (!is_sink_[r.job.task] || r.outcome != Outcome::ran) return;
@@ -144,16 +142,15 @@ class ChainJoin {
   struct SinkJob {
     Time timestamp{}, finish{};
   };
-  /// Jobs of one source's timer, in order.
-  struct SourceJobs {
-    std::vector<std::uint64_t> sequences;
-    std::vector<Time> timestamps;
+  struct SourceJob {
+    std::uint64_t sequence = 0;
+    Time timestamp{};
   };
   std::optional<Time> source_timestamp(TaskId timer, bool names_job, std::uint64_t sequence) const;
 
   const std::vector<ChainIndex> chains_;
   std::vector<bool> is_source_, is_sink_;  // by task
-  std::vector<SourceJobs> source_jobs_;
+  std::vector<std::vector<SourceJob>> source_jobs_;  // by task, in order
   std::map<std::pair<TaskId, std::uint64_t>, SinkJob> sink_jobs_;
 };
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
@@ -118,7 +117,7 @@ class GraphWorkload final : public Workload {
   bool with_publications_ = false;
   std::vector<TaskId> reached_;
   std::optional<Duration> rest_;
-  std::deque<OnTheWay> on_the_way_;
+  std::vector<OnTheWay> on_the_way_;  // in the order of publication
 };
 
 /// The jobs of a measured trace that really worked, from which ReplayedTimes takes execution times

@@ -51,12 +51,18 @@ class TaskHistory {
   /// source job in the data.
   void merge(Message& into, const Message& from, TaskId to) const {
     auto& entries = into.history();
+    if (entries.size() == 0 && lanes_->size() == 0) {  // most messages
+      entries = from.history();
+      return;
+    }
     const auto before = static_cast<std::ptrdiff_t>(entries.size());
+    std::uint64_t tasks = 0;  // bit i: whether there may be a task i modulo 64
+    for (const auto& entry : entries) tasks |= std::uint64_t{1} << task_of(entry) % 64;
     for (const auto& entry : from.history()) {
       const TaskId task = task_of(entry);
       if (!goes_on(from, task, to)) continue;
-      auto known = entries.begin();  // no std::find_if, which GCC does not inline: most messages begin empty
-      const auto end = known + before;
+      const auto end = entries.begin() + before;
+      auto known = (tasks >> task % 64 & 1U) != 0 ? entries.begin() : end;
       while (known != end && task_of(*known) != task) ++known;
       if (known == end) {
         entries.push_back(entry);
