@@ -179,7 +179,8 @@ class Exploration final : public JobSink, public ExploredInstant {
     state.from = Time{} + Duration(state.zone.lowest(kNow));
     for (const auto& [worker, job] : started_) {
       const SimulatedWorkers::State& thread = state.simulation->workers()[worker];
-      if (thread.step != ExploredState::Step::run || !(thread.record.job.ref() == job)) continue;  // it took no time
+      if (thread.step != ExploredState::Step::run || !(thread.record.job.ref() == job))
+        continue;  // it took no time
       const Task& task = set_[job.task];
       const std::int64_t longest = (thread.until - state.simulation->now()).count();
       const std::size_t end = state.track({job, JobInstant::Kind::end});

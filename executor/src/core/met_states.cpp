@@ -80,7 +80,8 @@ std::vector<std::int64_t> MetStates::describe(const ExploredState& state, std::i
   const SimulatedWorkers::State& executor = state.executor();
   const bool has_sample = executor.has_job && !executor.record.job.empty && !is_of_timer(executor.record.job);
   if (publications_ && state.busy() && has_sample) describe_publication(executor.record.job.parent, words);
-  if (executor.step == ExploredState::Step::run) add_coordinate(state, {executor.record.job.ref()}, coordinates);
+  if (executor.step == ExploredState::Step::run)
+    add_coordinate(state, {executor.record.job.ref()}, coordinates);
   for (const JobInstant& instant : words.data()) add_coordinate(state, instant, coordinates);
   return words.take_words();
 }

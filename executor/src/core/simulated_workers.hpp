@@ -80,8 +80,8 @@ class SimulatedWorkers {
     bool has_job = false;
     std::uint32_t rounds = 0;  ///< What is left of Workload::end_round() of the job.
     JobRecord record;          ///< Of the job; its finish and outcome are those of the worker's last job.
-    Time wake_at{};     ///< Without a job.
-    WorkerSet to_wake;  ///< Other workers of its executor, to wake after the lock is released.
+    Time wake_at{};            ///< Without a job.
+    WorkerSet to_wake;         ///< Other workers of its executor, to wake after the lock is released.
 
     bool ends_in_next_round() {
       if (rounds > 0) --rounds;

@@ -149,7 +149,7 @@ class ChainJoin {
   std::optional<Time> source_timestamp(TaskId timer, bool names_job, std::uint64_t sequence) const;
 
   const std::vector<ChainIndex> chains_;
-  std::vector<bool> is_source_, is_sink_;  // by task
+  std::vector<bool> is_source_, is_sink_;            // by task
   std::vector<std::vector<SourceJob>> source_jobs_;  // by task, in order
   std::map<std::pair<TaskId, std::uint64_t>, SinkJob> sink_jobs_;
 };
