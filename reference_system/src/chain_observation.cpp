@@ -38,19 +38,17 @@ ChainJoin::ChainJoin(const Graph& graph, const GraphTasks& tasks)
     : chains_(index_chains(graph, tasks)),
       is_source_(tasks.set.size(), false),
       is_sink_(tasks.set.size(), false),
-      source_jobs_(tasks.set.size()) {
+      source_jobs_(tasks.set.size()),
+      sink_jobs_(tasks.set.size()) {
   for (const ChainIndex& c : chains_) {
     for (const TaskId id : c.sink_tasks) is_sink_[id] = true;
     for (const TaskId id : c.sources) is_source_[id] = true;
   }
 }
 
-std::optional<Time> ChainJoin::source_timestamp(TaskId timer, bool names_job, std::uint64_t sequence) const {
-  const std::vector<SourceJob>& jobs = source_jobs_[timer];
-  auto job = jobs.begin() + static_cast<std::ptrdiff_t>(std::min<std::uint64_t>(sequence, jobs.size()));
-  if (names_job) job = std::ranges::lower_bound(jobs, sequence, {}, &SourceJob::sequence);
-  if (job == jobs.end() || (names_job && job->sequence != sequence)) return std::nullopt;
-  return job->timestamp;
+const ChainJoin::EndJob* ChainJoin::find(const Jobs& jobs, std::uint64_t sequence) {
+  const auto job = std::ranges::lower_bound(jobs, sequence, {}, &EndJob::sequence);
+  return job == jobs.end() || job->sequence != sequence ? nullptr : &*job;
 }
 
 ChainRecord ChainJoin::join(const ChainObservation& o) const {
@@ -61,17 +59,21 @@ ChainRecord ChainJoin::join(const ChainObservation& o) const {
   record.dropped = o.dropped;
   record.hot_path_latency = o.sink_start - o.latest_source_start;
 
-  const auto sink = sink_jobs_.find({o.sink.task, o.sink.sequence});
-  if (sink == sink_jobs_.end()) return record;
-  record.finish = sink->second.finish;
+  const EndJob* const sink = find(sink_jobs_[o.sink.task], o.sink.sequence);
+  if (sink == nullptr) return record;
+  record.finish = sink->finish;
   Time oldest = kNever, newest{};
   const std::vector<TaskId>& sources = chains_[o.chain].sources;
   for (std::size_t i = 0; i < sources.size(); ++i) {
     if ((o.sources_seen >> i & 1U) == 0) continue;
-    const std::optional<Time> timestamp = source_timestamp(sources[i], o.names_jobs, o.source_sequence[i]);
-    if (!timestamp) return record;
-    oldest = std::min(oldest, *timestamp);
-    newest = std::max(newest, *timestamp);
+    const Jobs& jobs = source_jobs_[sources[i]];
+    const std::uint64_t sequence = o.source_sequence[i];
+    const EndJob* const source = o.names_jobs             ? find(jobs, sequence)
+                                 : sequence < jobs.size() ? &jobs[sequence]
+                                                          : nullptr;
+    if (source == nullptr) return record;
+    oldest = std::min(oldest, source->timestamp);
+    newest = std::max(newest, source->timestamp);
   }
   record.end_to_end_latency = record.finish - oldest;
   record.disparity = newest - oldest;
@@ -79,8 +81,8 @@ ChainRecord ChainJoin::join(const ChainObservation& o) const {
 }
 
 std::optional<Time> ChainJoin::sink_timestamp(JobRef job) const {
-  const auto entry = sink_jobs_.find({job.task, job.sequence});
-  return entry == sink_jobs_.end() ? std::nullopt : std::optional(entry->second.timestamp);
+  const EndJob* const sink = find(sink_jobs_[job.task], job.sequence);
+  return sink == nullptr ? std::nullopt : std::optional(sink->timestamp);
 }
 
 std::vector<ChainRecord> join_chains(const Graph& graph, const GraphTasks& tasks, const Trace& trace,

@@ -199,7 +199,7 @@ class SimulatedWorkers {
 
   /// Replaces workers of the ordinary policy whose time slice is over by waiting ones.
   void rotate_expired(Time now) {
-    for (std::size_t i = 0; i < on_core() && ready_.size() > on_core();) {
+    for (std::size_t i = 0; ready_.size() > on_core() && i < on_core();) {
       const Worker w = running(i);
       if (states_[w].slice_end > now || !others_wait_for_core_of(w)) {
         ++i;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <optional>
 #include <span>
 #include <utility>
@@ -123,11 +122,13 @@ class ChainJoin {
   }
   /// Adds a job at its start, whose outcome is unknown, and at its end.
   void add_start(const JobRecord& r) {
-    if (is_source_[r.job.task]) source_jobs_[r.job.task].push_back({r.job.sequence, r.job.timestamp});
+    if (is_source_[r.job.task]) source_jobs_[r.job.task].push_back({r.job.sequence, r.job.timestamp, kNever});
   }
   void add_end(const JobRecord& r) {
     if (!is_sink_[r.job.task] || r.outcome != Outcome::ran) return;
-    sink_jobs_[{r.job.task, r.job.sequence}] = {r.job.timestamp, r.finish};
+    Jobs& jobs = sink_jobs_[r.job.task];
+    const auto behind = std::ranges::upper_bound(jobs, r.job.sequence, {}, &EndJob::sequence);
+    jobs.insert(behind, {r.job.sequence, r.job.timestamp, r.finish});
   }
 
   /// Joins one observation. If it counts publications, a source's n-th publication belongs to the
@@ -139,19 +140,17 @@ class ChainJoin {
   [[nodiscard]] std::optional<Time> sink_timestamp(JobRef job) const;
 
  private:
-  struct SinkJob {
-    Time timestamp{}, finish{};
-  };
-  struct SourceJob {
+  struct EndJob {
     std::uint64_t sequence = 0;
-    Time timestamp{};
+    Time timestamp{}, finish = kNever;
   };
-  std::optional<Time> source_timestamp(TaskId timer, bool names_job, std::uint64_t sequence) const;
+  using Jobs = std::vector<EndJob>;  // by sequence
+  /// nullptr: it has not been added.
+  static const EndJob* find(const Jobs& jobs, std::uint64_t sequence);
 
   const std::vector<ChainIndex> chains_;
-  std::vector<bool> is_source_, is_sink_;            // by task
-  std::vector<std::vector<SourceJob>> source_jobs_;  // by task, in order
-  std::map<std::pair<TaskId, std::uint64_t>, SinkJob> sink_jobs_;
+  std::vector<bool> is_source_, is_sink_;      // by task
+  std::vector<Jobs> source_jobs_, sink_jobs_;  // by task
 };
 
 /// Chain records of a trace, whose `jobs` must be complete.

@@ -55,19 +55,20 @@ class TaskHistory {
       entries = from.history();
       return;
     }
-    const auto before = static_cast<std::ptrdiff_t>(entries.size());
+    const std::size_t before = entries.size();
     std::uint64_t tasks = 0;  // bit i: whether there may be a task i modulo 64
     for (const auto& entry : entries) tasks |= std::uint64_t{1} << task_of(entry) % 64;
+    std::size_t at =
+        0;  // of the last known task, near which the next one is: shared histories have one order
     for (const auto& entry : from.history()) {
       const TaskId task = task_of(entry);
       if (!goes_on(from, task, to)) continue;
-      const auto end = entries.begin() + before;
-      auto known = (tasks >> task % 64 & 1U) != 0 ? entries.begin() : end;
-      while (known != end && task_of(*known) != task) ++known;
-      if (known == end) {
+      std::size_t left = (tasks >> task % 64 & 1U) != 0 ? before : 0;
+      for (; left > 0 && task_of(entries.begin()[at]) != task; --left) at = at + 1 < before ? at + 1 : 0;
+      if (left == 0) {
         entries.push_back(entry);
-      } else if (stat_of(entry).sequence < stat_of(*known).sequence) {
-        *known = entry;
+      } else if (stat_of(entry).sequence < stat_of(entries.begin()[at]).sequence) {
+        entries.begin()[at] = entry;
       }
     }
   }
