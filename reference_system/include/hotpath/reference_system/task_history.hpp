@@ -51,24 +51,17 @@ class TaskHistory {
   /// source job in the data.
   void merge(Message& into, const Message& from, TaskId to) const {
     auto& entries = into.history();
-    if (entries.size() == 0 && lanes_->size() == 0) {  // most messages
-      entries = from.history();
-      return;
-    }
-    const std::size_t before = entries.size();
-    std::uint64_t tasks = 0;  // bit i: whether there may be a task i modulo 64
-    for (const auto& entry : entries) tasks |= std::uint64_t{1} << task_of(entry) % 64;
-    std::size_t at =
-        0;  // of the last known task, near which the next one is: shared histories have one order
+    const auto before = static_cast<std::ptrdiff_t>(entries.size());
     for (const auto& entry : from.history()) {
       const TaskId task = task_of(entry);
       if (!goes_on(from, task, to)) continue;
-      std::size_t left = (tasks >> task % 64 & 1U) != 0 ? before : 0;
-      for (; left > 0 && task_of(entries.begin()[at]) != task; --left) at = at + 1 < before ? at + 1 : 0;
-      if (left == 0) {
+      auto known = entries.begin();  // no std::find_if, which GCC does not inline: most messages begin empty
+      const auto end = known + before;
+      while (known != end && task_of(*known) != task) ++known;
+      if (known == end) {
         entries.push_back(entry);
-      } else if (stat_of(entry).sequence < stat_of(entries.begin()[at]).sequence) {
-        entries.begin()[at] = entry;
+      } else if (stat_of(entry).sequence < stat_of(*known).sequence) {
+        *known = entry;
       }
     }
   }
