@@ -32,6 +32,7 @@ constexpr std::size_t kChainsFound = 5;
 ChainFollower::Rules rules_of(const tracing::System& system, const RecordedGraph& graph) {
   const auto tasks_of = [&](const std::vector<std::uint32_t>& callbacks) {
     std::vector<TaskId> tasks;
+    tasks.reserve(callbacks.size());
     for (const std::uint32_t callback : callbacks) tasks.push_back(graph.task({callback, 0}));
     return tasks;
   };

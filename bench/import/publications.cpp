@@ -338,9 +338,9 @@ std::map<std::string, std::string> synchronised_chains(const RecordedSystem& rec
     const std::string text = program::concat(
         " contains a synchroniser (node ", recorded.system.nodes[node], "): it held messages for ", held,
         ". A trace does not show which messages it joins: not modelled, and not compared.");
-    const auto is_its = [&](const std::string& task) {
+    const auto is_its = [&, &callbacks = of](const std::string& task) {
       return std::ranges::any_of(
-          of, [&](std::uint32_t c) { return graph.tasks.set[graph.task_of[c]].name == task; });
+          callbacks, [&](std::uint32_t c) { return graph.tasks.set[graph.task_of[c]].name == task; });
     };
     for (const Chain& chain : graph.graph.chains)
       if (std::ranges::any_of(chain.nodes, is_its)) all[chain.name] = chain.name + text;

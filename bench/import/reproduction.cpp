@@ -239,6 +239,7 @@ Reproduction reproduce(const RecordedSystem& recorded, const Interpretation& fou
                        const std::vector<std::string>& labels) {
   using enum TimerThread;
   std::vector<ExecutorTraits> traits;
+  traits.reserve(labels.size());
   for (const std::string& label : labels) traits.push_back(setup::parse_executor(label, {}).entry->traits);
   const std::vector<std::uint32_t> executor_of = executors_of_tasks(recorded, found.graph);
   const auto reproduced = [&](const RecordedSystem& of, TimerThread timer_thread) {

@@ -2,7 +2,10 @@
 #include "names.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "master.hpp"
 
 namespace hotpath::names_test {
 
@@ -41,6 +44,23 @@ TEST(RosNames, ManyMayBeTheSame) {
   constexpr std::size_t kMany = 200'000;
   const RosNames result = ros_names(std::vector<std::string>(kMany, "a"));
   EXPECT_EQ(result.names.back(), "a_" + std::to_string(kMany));
+}
+
+TEST(MasterUri, IsTakenApart) {
+  EXPECT_EQ(parse_uri("http://localhost:11311").host, "localhost");
+  EXPECT_EQ(parse_uri("http://10.0.0.1:80/").port, "80");
+}
+
+TEST(MasterUri, IsRefusedWhenItHasAnotherForm) {
+  for (const char* uri :
+       {"", "localhost:11311", "http://localhost", "http://:11311", "https://a:1", "http://a:b"}) {
+    EXPECT_THROW(parse_uri(uri), std::invalid_argument) << uri;
+  }
+}
+
+TEST(AcceptsConnections, NotWhereNobodyListens) {
+  EXPECT_FALSE(accepts_connections({"127.0.0.1", "1"}, std::chrono::seconds(10)));
+  EXPECT_FALSE(accepts_connections({"no-such-host.invalid", "80"}, std::chrono::seconds(10)));
 }
 
 }  // namespace hotpath::names_test

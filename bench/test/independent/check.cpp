@@ -211,7 +211,7 @@ class Check {
     std::filesystem::remove(csv);
     // In every seventh graph, explorations may have more states, but end after a second of the processor.
     run_command(seed % 7 == 0 ? "ulimit -t 1; " + command + " --exact" : command, folder_ + "/analyze.txt");
-    const std::vector<Bound> bounds = read_bounds(csv);
+    std::vector<Bound> bounds = read_bounds(csv);
     counts_.not_explored += std::ranges::none_of(bounds, &Bound::exact) ? 1 : 0;
     return bounds;
   }
