@@ -13,7 +13,7 @@ using testing::FieldsAre;
 
 Time at(Duration d) { return Time{} + d; }
 
-TaskSet timers(std::vector<Duration> periods) {
+TaskSet timers(const std::vector<Duration>& periods) {
   TaskSet set;
   for (const Duration period : periods) {
     Task& task = set.tasks.emplace_back();

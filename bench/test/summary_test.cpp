@@ -154,7 +154,7 @@ TEST(Latencies, BothOfDesignAreTakenPerChain) {
 }
 
 TEST(Outputs, HaveIntervalsWithinARepetitionAndASpreadOfTheirSources) {
-  const auto outputs = [](std::vector<double> finishes_ms) {
+  const auto outputs = [](const std::vector<double>& finishes_ms) {
     std::vector<ChainRecord> all;
     for (const double ms : finishes_ms) {
       ChainRecord& r = all.emplace_back(output(all.size(), 1));

@@ -153,7 +153,7 @@ TEST(Callbacks, MessagesRememberAHundredNodes) {
       const std::string name = branch + std::to_string(i), before = branch + std::to_string(i - 1);
       const std::string start = i == 0 ? "timer: t, period_ms: 100" : "subscription: " + before;
       nodes += node_of(name, {start + ", execution_time_ms: 0.1, publishes: " + name});
-      names += name + ", ";
+      names.append(name).append(", ");
     }
   }
   const std::string set = ", publishes: {topic: f, when: all_new, of: [A49, B49]}";

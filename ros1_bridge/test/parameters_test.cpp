@@ -13,7 +13,7 @@ using XmlRpc::XmlRpcValue;
 
 Parameters read(const XmlRpcValue& given, const std::string& node = "/bridge") {
   std::string unknown;
-  const Parameters parameters = read_parameters(given, node, unknown);
+  Parameters parameters = read_parameters(given, node, unknown);
   EXPECT_EQ(unknown, "");
   return parameters;
 }
