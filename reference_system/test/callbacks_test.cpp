@@ -151,9 +151,9 @@ TEST(Callbacks, MessagesRememberAHundredNodes) {
   for (const std::string branch : {"A", "B"}) {
     for (int i = 0; i < 50; ++i) {
       const std::string name = branch + std::to_string(i), before = branch + std::to_string(i - 1);
-      const std::string start = i == 0 ? "timer: t, period_ms: 100" : "subscription: " + before;
-      nodes += node_of(name, {start + ", execution_time_ms: 0.1, publishes: " + name});
-      names.append(name).append(", ");
+      std::string keys = i == 0 ? "timer: t, period_ms: 100" : "subscription: " + before;
+      nodes += node_of(name, {keys.append(", execution_time_ms: 0.1, publishes: ").append(name)});
+      names += name + ", ";
     }
   }
   const std::string set = ", publishes: {topic: f, when: all_new, of: [A49, B49]}";
