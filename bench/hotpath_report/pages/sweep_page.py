@@ -109,7 +109,7 @@ def write(folder: str) -> None:
     failed = sum(row["failure"] is not None for row in rows)
     chain = next((row["chain"] for row in rows if row["chain"]), None)
     rows = [row for row in rows if row["executor"] and (row["chain"] == chain or row["failure"])]
-    axes = [axis for axis in facts["axes"] if len(grouped(rows, axis)) > 1]
+    axes = [axis for axis in facts["axes"] if axis in facts["columns"] and len(grouped(rows, axis)) > 1]
     x = next((axis for axis in axes if not any(isinstance(row[axis], str) for row in rows)), "")
     if not x:
         raise InputError(f"{folder}: no numeric axis to draw over")

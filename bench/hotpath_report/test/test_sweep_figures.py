@@ -23,7 +23,7 @@ class SweepFigures(unittest.TestCase):
     def setUp(self) -> None:
         self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
 
-    def write(self, chain: str = "path", axes: Iterable[Any] = ("load", "phases")) -> None:
+    def write(self, chain: str = "path", axes: Iterable[Any] = ("load", "executors", "phases")) -> None:
         rows: list[list[Any]] = []
         for load, executor, repetition in product((20, 40, 60), ("default", "rm-ro"), range(3)):
             failed = load == 60 and executor == "default"
