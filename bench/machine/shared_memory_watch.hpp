@@ -53,18 +53,19 @@ class SharedMemoryWatch {
     return files;
   }
   /// The files that a process maps (segments, semaphores) or has open (the segments' lock files).
+  /// Another container has another /dev/shm, where Fast DDS's ports have the same names.
   static std::set<std::string> used_files(const std::string& process) {
     std::set<std::string> files;
-    const auto add = [&files](const std::string& text) {
-      const std::size_t path = text.find("/dev/shm/");
-      if (path != std::string::npos && text.find(" (deleted)") == std::string::npos) {
-        files.insert(text.substr(path));
-      }
-    };
     const std::filesystem::path folder = "/proc/" + process;
+    std::error_code ignored;
+    const auto add = [&](const std::string& text) {
+      const std::size_t path = text.find("/dev/shm/");
+      if (path == std::string::npos) return;
+      const std::string file = text.substr(path);
+      if (std::filesystem::equivalent(folder / "root" / file.substr(1), file, ignored)) files.insert(file);
+    };
     std::ifstream maps(folder / "maps");
     for (std::string line; std::getline(maps, line);) add(line);
-    std::error_code ignored;
     for (const std::string& open : names_in(folder / "fd"))
       add(std::filesystem::read_symlink(folder / "fd" / open, ignored));
     return files;

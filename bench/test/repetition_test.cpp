@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gmock/gmock.h>
+#include <sched.h>
 #include <sys/mman.h>
+#include <sys/mount.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -58,12 +60,15 @@ TEST(Repetition, ProcessThatCannotBeSetUpIsAFailureOfThePlanAndIsNotLeft) {
   EXPECT_EQ(errno, ECHILD);
 }
 
-/// A process that maps one new file of /dev/shm and holds another open, until it is killed.
+/// A process that maps one new file of /dev/shm, perhaps of its own, and holds another open, until it is killed.
 class SharedMemoryUser {
  public:
-  explicit SharedMemoryUser(const std::string& name = "hotpath_test_")
+  explicit SharedMemoryUser(const std::string& name = "hotpath_test_", bool container = false)
       : name_(name + std::to_string(getpid())) {
-    const ForkedProcess user = fork_process([this](const Channel& test) -> int {
+    const ForkedProcess user = fork_process([this, container](const Channel& test) -> int {
+      if (container && (unshare(CLONE_NEWNS) || mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) ||
+                        mount("tmpfs", "/dev/shm", "tmpfs", 0, nullptr)))
+        return 1;
       const int mapped = open(segment().c_str(), O_CREAT | O_RDWR, 0600);
       open(lock_file().c_str(), O_CREAT | O_RDWR, 0600);
       const bool done =
@@ -130,6 +135,16 @@ TEST(SharedMemoryWatch, RemovesWhatFastDdsMadeJustBeforeItsProcessDied) {
   EXPECT_TRUE(std::filesystem::exists(living.segment()));
   EXPECT_FALSE(std::filesystem::exists(dead.segment()));
   EXPECT_FALSE(std::filesystem::exists(dead.lock_file()));
+}
+
+TEST(SharedMemoryWatch, TellsAFileFromOneOfTheSameNameInAnotherContainer) {
+  const machine::SharedMemoryWatch watch;
+  SharedMemoryUser dead("fastrtps_test_");
+  const SharedMemoryUser living("fastrtps_test_", true);
+  if (!living.ready()) GTEST_SKIP() << "needs root to mount another /dev/shm";
+  dead.end();
+  watch.remove_orphans();
+  EXPECT_FALSE(std::filesystem::exists(dead.segment()));
 }
 
 }  // namespace hotpath::repetition_test
