@@ -12,12 +12,17 @@ esac
 cd "$(dirname "$0")/.."
 mode=(-i) python=()
 [ "${1:-}" = --check ] && mode=(--dry-run --Werror) python=(--check)
-git ls-files '*.cpp' '*.hpp' | xargs clang-format "${mode[@]}"
-
 mapfile -t sources < <(git ls-files '*.py')
-have() { command -v "$1" >/dev/null; }
-if have black; then black "${python[@]}" "${sources[@]}"; fi
+started=()
+# start TOOL ARGUMENTS...: runs it beside the others, if it is installed.
+start() { if command -v "$1" >/dev/null; then "$@" & started+=($!); fi; }
 if [ "${1:-}" = --check ]; then
-  if have flake8; then flake8 "${sources[@]}"; fi
-  if have mypy; then mypy --no-error-summary "${sources[@]}"; fi
+  start mypy --no-error-summary "${sources[@]}"
+  start flake8 "${sources[@]}"
 fi
+start black "${python[@]}" "${sources[@]}"
+git ls-files '*.cpp' '*.hpp' | xargs clang-format "${mode[@]}" || failed=1
+for process in "${started[@]}"; do
+  wait "$process" || failed=1
+done
+exit ${failed:-0}

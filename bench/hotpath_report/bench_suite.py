@@ -47,7 +47,9 @@ def shared_memory_of(process: Path) -> set[str]:
     """Files of /dev/shm that a process, given by its folder in /proc, maps or has open."""
     with contextlib.suppress(OSError):
         opened = [os.readlink(descriptor) for descriptor in (process / "fd").iterdir()]
-        found = re.findall(r"/dev/shm/\S+$", "\n".join([(process / "maps").read_text(), *opened]), re.MULTILINE)
+        found = re.findall(
+            r"/dev/shm/\S+$", "\n".join([(process / "maps").read_text(), *opened]), re.MULTILINE
+        )
         # Another container has another /dev/shm, where Fast DDS's ports have the same names.
         return {f for f in found if Path(f).exists() and os.path.samefile(f"{process}/root{f}", f)}
     return set()

@@ -60,7 +60,8 @@ TEST(Repetition, ProcessThatCannotBeSetUpIsAFailureOfThePlanAndIsNotLeft) {
   EXPECT_EQ(errno, ECHILD);
 }
 
-/// A process that maps one new file of /dev/shm, perhaps of its own, and holds another open, until it is killed.
+/// A process that maps a new file of /dev/shm (of its own: `container`) and holds one open, until it is
+/// killed.
 class SharedMemoryUser {
  public:
   explicit SharedMemoryUser(const std::string& name = "hotpath_test_", bool container = false)
