@@ -14,6 +14,8 @@ add_compile_options($<$<CONFIG:RelWithDebInfo>:-g1>)
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   add_compile_options(--param=ggc-min-heapsize=524288)
 endif()
+# A unity build compiles each target at once: most of the time is for headers and templates.
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 0)
 option(HOTPATH_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
 # The linker gold compares the source lines (-g1) of functions with the same name; the compiler sees
 # one file at a time. Only an unoptimised build without unity has a symbol for each function.
@@ -87,11 +89,15 @@ endfunction()
 
 # hotpath_precompile(target headers...): precompiles the standard containers and these headers for the
 # target; hotpath_precompile(target REUSE_FROM other) takes those of `other`, which must have the same
-# compiler flags: GCC silently ignores them otherwise (-Winvalid-pch).
+# compiler flags: GCC silently ignores them otherwise (-Winvalid-pch). A unity build reads the standard
+# containers too seldom to precompile them alone.
 function(hotpath_precompile target)
   if("${ARGV1}" STREQUAL REUSE_FROM)
-    target_precompile_headers(${target} REUSE_FROM ${ARGV2})
-  else()
+    get_target_property(headers ${ARGV2} PRECOMPILE_HEADERS)
+    if(headers)
+      target_precompile_headers(${target} REUSE_FROM ${ARGV2})
+    endif()
+  elseif(ARGN OR NOT CMAKE_UNITY_BUILD)
     target_precompile_headers(${target} PRIVATE
       <algorithm> <array> <chrono> <filesystem> <fstream> <functional> <iostream> <map> <memory> <optional>
       <random> <ranges> <set> <sstream> <string> <thread> <unordered_map> <vector> ${ARGN})
@@ -185,8 +191,6 @@ function(hotpath_test name)
   add_executable(${target} ${arg_SOURCES})
   target_link_libraries(${target} PRIVATE ${arg_LIBRARIES} GTest::gmock GTest::gtest_main)
   hotpath_cold(${target})  # the libraries do the slow work of a test
-  # All sources at once: a third of the time, most of which is for headers and templates.
-  set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE 0)
   hotpath_warnings(${target})
   if(NOT arg_SHARDS)
     add_test(NAME ${target} COMMAND ${target})

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 EXECUTOR = "multi:4"
-PHASES = (["synchronous"], ["random", "--repetitions", "20"])
+PHASES = (["synchronous"], ["random", "--repetitions", "10"])
 METHODS = {"Jiang 2022": "Jiang", "Sobhani 2023": "Sobhani", "Radulescu 2025": "Ours"}
 
 
@@ -66,7 +66,7 @@ def verdict(hotpath: str, text: str) -> str:
         accepted = all(bounds[c] is not None and bounds[c] <= limit * 1e6 for c, limit in deadline_ms.items())
         missed = False
         for k, phases in enumerate(PHASES):
-            end = ["--no-trace", "--duration", "20", "--output", f"{folder}/{k}", "--phases", *phases]
+            end = ["--no-trace", "--duration", "10", "--output", f"{folder}/{k}", "--phases", *phases]
             (found,) = run(hotpath, "simulate", *of, *end)["executors"]
             latest = {chain["chain"]: chain["end_to_end_latency_ms"]["max"] for chain in found["chains"]}
             missed |= any(latest[c] > limit for c, limit in deadline_ms.items())

@@ -23,8 +23,8 @@ namespace {
 void write(std::ostream& out, const FileContent& content) {
   if (const auto* text = std::get_if<std::string>(&content)) {
     out << *text;
-  } else if (const auto* json = std::get_if<nlohmann::json>(&content)) {
-    out << json->dump(2) << "\n";
+  } else if (const auto* document = std::get_if<nlohmann::json>(&content)) {
+    out << document->dump(2) << "\n";
   } else {
     std::get<std::function<void(std::ostream&)>>(content)(out);
   }
