@@ -51,6 +51,7 @@ check 5000-nodes large 5000 5 1000 --phases random
 check 10000-tasks large 10000 5 1000 --phases random --transport intra_process
 check 100-processes large 200 2 100 --processes 100
 check 1000-a-second large 6 6 1
+check every-fault env HOTPATH_FAULTS=0 ctest --test-dir build -R failing_calls_test --output-on-failure
 check soak tools/soak.py
 check packages launch_scripts/package.sh --test
 check sanitizers launch_scripts/sanitize.sh --all
