@@ -6,7 +6,8 @@ kept in the plan."""
 import random
 import tomllib
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -47,7 +48,6 @@ class Cell:
     study: str
     source: str  # simulated, live or analysis
     label: str  # distinguishes cells of a study; may be empty
-    seconds: float = OFFLINE_S  # expected
     executors: tuple[str, ...] = ()
     graph: str = "autoware"
     load_percent: int = PAPER_LOAD_PERCENT  # of one core; for a timers-only set its utilisation
@@ -56,7 +56,6 @@ class Cell:
     repetition: int = 0
     options: tuple[str, ...] = ()
     cores: int = 1
-    alone: bool = False  # measures the machine without being a live cell
 
     @property
     def name(self) -> str:
@@ -71,6 +70,11 @@ class Cell:
         """Seed of everything random."""
         return self.repetition + 1
 
+    @property
+    def seconds(self) -> float:
+        """Expected duration."""
+        return self.duration_s + self.warm_up_s + LIVE_OVERHEAD_S if self.source == "live" else OFFLINE_S
+
     def command(self) -> list[str]:
         """Arguments of `hotpath`, without the place of the cell and of its output."""
         if self.source == "analysis":
@@ -81,35 +85,31 @@ class Cell:
         return [*kind, "--seed", str(self.seed), *self.options]
 
 
-def cells_of(spec: dict[str, Any], source: str, mode: Any) -> Iterator[Cell]:
-    """The cells of an entry: one per label of the entry or of the mode."""
-    on_timers = spec["study"].startswith("timers")
-    labels = spec.get("labels", UTILISATIONS if on_timers else [""])
-    executors = spec.get("executors", ())
-    for label in getattr(mode, labels) if isinstance(labels, str) else labels:
-        yield Cell(
-            spec["study"],
-            source,
-            str(label),
-            executors=tuple(EXECUTORS[executors] if isinstance(executors, str) else executors),
-            graph=f"timers_only_{label}" if on_timers else Cell.graph,
-            load_percent=label if isinstance(label, int) else PAPER_LOAD_PERCENT,
-            duration_s=getattr(mode, spec.get("duration_s", ""), 0),
-            warm_up_s=mode.warm_up_s,
-            options=tuple(option.format(label=label, mode=mode) for option in spec.get("options", [])),
-            **{key: spec[key] for key in ("cores", "alone") if key in spec},
-        )
-
-
-def live_cells(mode: Any) -> Iterator[Cell]:
-    """All live repetitions."""
-    for spec in SPEC["live"]:
-        repetitions, duration_s = getattr(mode, spec["lengths"])
-        length = {"duration_s": duration_s, "seconds": duration_s + mode.warm_up_s + LIVE_OVERHEAD_S}
-        for repetition in range(repetitions):
-            for cell in cells_of(spec, "live", mode):
-                for executor in cell.executors:
-                    yield replace(cell, executors=(executor,), repetition=repetition, **length)
+def cells_of(source: str, mode: Any) -> Iterator[Cell]:
+    """The cells of all entries of a source: one per label of the entry or of the mode, live also one per repetition and
+    executor."""
+    for spec in SPEC[source]:
+        on_timers, live = spec["study"].startswith("timers"), source == "live"
+        labels, executors = spec.get("labels", UTILISATIONS if on_timers else [""]), spec.get("executors", [])
+        labels = getattr(mode, labels) if isinstance(labels, str) else labels
+        executors = EXECUTORS[executors] if isinstance(executors, str) else executors
+        once = (1, getattr(mode, spec.get("duration_s", ""), 0))
+        repetitions, duration_s = getattr(mode, spec["lengths"]) if live else once
+        each = [[e] for e in executors] if live else [executors]
+        for repetition, label, of_cell in product(range(repetitions), labels, each):
+            yield Cell(
+                spec["study"],
+                source,
+                str(label),
+                tuple(of_cell),
+                graph=f"timers_only_{label}" if on_timers else Cell.graph,
+                load_percent=label if isinstance(label, int) else PAPER_LOAD_PERCENT,
+                duration_s=duration_s,
+                warm_up_s=mode.warm_up_s,
+                repetition=repetition,
+                options=tuple(option.format(label=label, mode=mode) for option in spec.get("options", [])),
+                cores=spec.get("cores", 1),
+            )
 
 
 def live_order(cells: Iterable[Cell], seed: int) -> list[Cell]:
@@ -125,9 +125,8 @@ def live_order(cells: Iterable[Cell], seed: int) -> list[Cell]:
 
 def all_cells(mode: Any, seed: int) -> list[Cell]:
     """The plan: simulated cells, then analyses (bounds, release cost), then live cells."""
-    sources = ("simulated", "analysis")
-    offline = [c for source in sources for spec in SPEC[source] for c in cells_of(spec, source, mode)]
-    return offline + live_order(live_cells(mode), seed)
+    offline = [*cells_of("simulated", mode), *cells_of("analysis", mode)]
+    return offline + live_order(cells_of("live", mode), seed)
 
 
 def duration_text(seconds: float) -> str:

@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """`hotpath paper figures`: reproduces the tables and figures of the paper's evaluation."""
 
-import contextlib
 import fcntl
 import hashlib
 import json
 import os
-import signal
 import sys
 import time
 from collections import Counter
@@ -21,7 +19,6 @@ from hotpath_report.paper.cells import ITEMS, MODES, NAMES, Cell, all_cells, dur
 from hotpath_report.paper.runner import Runner, facts_of
 
 SEED = 1
-SIMULATIONS_AT_ONCE = 2
 EXIT_FAILED = 1
 BAR = "{percentage:3.0f} %, {remaining} left{postfix}"
 
@@ -88,25 +85,19 @@ def tell_repeated(runner: Runner, todo: list[Cell], output: Path) -> None:
 
 
 def measure(runner: Runner, wanted: list[Cell], output: Path) -> None:
-    """Runs the missing cells: simulations first, then what measures, one at a time. Raises Interrupted."""
+    """Runs the missing cells. Raises Interrupted."""
     import tqdm
 
     todo = [c for c in wanted if not runner.complete(c)]
     if len(todo) < len(wanted):
         tell(f"{len(wanted) - len(todo)} of {len(wanted)} cells are complete; continuing with the rest")
     tell_repeated(runner, todo, output)
-    total, on_terminal = sum(c.seconds for c in todo), sys.stderr.isatty()
-    bar: Any = tqdm.tqdm(total=total, bar_format=BAR, leave=False, disable=not on_terminal)
-
-    def show(seconds: float) -> None:
-        bar.set_postfix_str(", ".join(list(runner.running))[:80], refresh=False)
-        bar.update(seconds)
-
-    runner.on_change = show
-    measuring = [c for c in todo if c.alone or c.source == "live"]
-    with contextlib.closing(bar), interruptible():
-        runner.run_all([c for c in todo if c not in measuring], SIMULATIONS_AT_ONCE)
-        runner.run_all(measuring, 1)
+    total, hidden = sum(c.seconds for c in todo), not sys.stderr.isatty()
+    with tqdm.tqdm(total=total, bar_format=BAR, leave=False, disable=hidden) as bar:
+        for cell in todo:
+            bar.set_postfix_str(cell.name)
+            runner.run(cell)
+            bar.update(cell.seconds)
     for cell, sentence in runner.failed:
         tell(f"{cell.name} failed: {sentence}")
 
@@ -148,14 +139,12 @@ def reproduce(options: str) -> int:
         # On most machines the last processors get the fewest interrupts.
         runner = Runner(str(program), build, output, sorted(os.sched_getaffinity(0), reverse=True))
         try:
-            measure(runner, wanted, output)
-            present(output, o["mode"], items, cells, [c for c in cells if runner.complete(c)])
+            with interruptible():
+                measure(runner, wanted, output)
+                present(output, o["mode"], items, cells, [c for c in cells if runner.complete(c)])
         except Interrupted as signalled:
             done = f"Interrupted; {sum(map(runner.complete, cells))} cells are complete"
             tell(f"{done}. The same command resumes; without --live it shows the results so far.")
             return signalled.exit_code
-        except KeyboardInterrupt:
-            tell("Interrupted while writing the page; the same command writes it again.")
-            return Interrupted(signal.SIGINT).exit_code
     tell(duration_text(time.monotonic() - began))
     return EXIT_FAILED if runner.failed else 0

@@ -1,19 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs cells. Only a complete cell's folder gets its name, so that runs can resume."""
 
-import concurrent.futures
 import contextlib
 import itertools
 import os
 import shutil
 import signal
 import subprocess
-import threading
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from hotpath_report.errors import InputError, RunError
+from hotpath_report.errors import InputError, Interrupted, RunError
 from hotpath_report.files import name_durably, read_json, write_json
 from hotpath_report.hotpath_command import ENDS_WITH_US
 from hotpath_report.paper.cells import FACTS, Cell
@@ -36,23 +33,21 @@ def facts_of(path: Path) -> dict[str, Any]:
     return {}
 
 
+def signature(program: str) -> tuple[int, int, int]:
+    """Identity of a program file; a rebuild changes it."""
+    found = os.stat(program)
+    return found.st_ino, found.st_size, found.st_mtime_ns
+
+
 class Runner:
     """Runs cells in output/cells; live cells use `cpus` in this order."""
 
     def __init__(self, hotpath: str, build: str, output: Path, cpus: list[int]) -> None:
         self.hotpath, self.build, self.cpus, self.folder = hotpath, build, cpus, output / "cells"
-        # Called when a cell starts (0) or ends (its expected seconds).
-        self.on_change: Callable[[float], None] = lambda seconds: None
-        self.running: dict[str, subprocess.Popen[str]] = {}
+        self.signature = signature(hotpath)
         self.failed: list[tuple[Cell, str]] = []
-        self.command_file = self.signature()
-        self.stopped = False
-        self.lock = threading.Lock()  # guards `running` and `stopped`
-
-    def signature(self) -> tuple[int, int, int]:
-        """Identity of the program file; a rebuild changes it."""
-        found = os.stat(self.hotpath)
-        return found.st_ino, found.st_size, found.st_mtime_ns
+        for part in self.folder.glob(".*.part"):  # leftovers of killed or interrupted reproductions
+            shutil.rmtree(part, ignore_errors=True)
 
     def cpus_of(self, cell: Cell) -> list[int]:
         """Processors of a live cell: as many as it has cores."""
@@ -87,60 +82,36 @@ class Runner:
         name_durably(part, folder)
 
     def run(self, cell: Cell) -> None:
-        """Runs one cell to completion, unless the reproduction was interrupted. Raises RunError."""
+        """Runs one cell to completion; complete cells stay when a signal interrupts it. Raises RunError, Interrupted."""
+        if signature(self.hotpath) != self.signature:
+            kept = "was replaced during the measurement; complete cells are kept"
+            again = "The same command measures everything again with the new program"
+            raise RunError(f"{self.hotpath} {kept}. {again}")
         part = self.folder / f".{cell.name}.{os.getpid()}.part"
-        with self.lock:
-            if self.stopped:
-                return
-            if self.signature() != self.command_file:
-                kept = "was replaced during the measurement; complete cells are kept"
-                again = "The same command measures everything again with the new program"
-                raise RunError(f"{self.hotpath} {kept}. {again}")
-            process = self.running[cell.name] = subprocess.Popen(
-                [*ENDS_WITH_US, self.hotpath, *self.command(cell, part)],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.PIPE,
-                text=True,
-                errors="replace",
-                env={**os.environ, "HOTPATH_FIGURES": "none"},
-                start_new_session=True,  # this process forwards Ctrl-C once
-            )
-        self.on_change(0)
-        _, errors = process.communicate()
-        with self.lock:
-            del self.running[cell.name]
-            if self.stopped:
-                return
+        process = subprocess.Popen(
+            [*ENDS_WITH_US, self.hotpath, *self.command(cell, part)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            env={**os.environ, "HOTPATH_FIGURES": "none"},
+            start_new_session=True,  # this process forwards Ctrl-C once
+        )
+        try:
+            _, errors = process.communicate()
+        except Interrupted:
+            process.send_signal(signal.SIGINT)
+            process.communicate()
+            raise
         run = facts_of(part / "run.json")
         if process.returncode != 0 or run.get("complete", True) is not True:
             lines = errors.strip().splitlines() or [f"exit code {process.returncode}"]
             self.failed.append((cell, lines[-1]))
             shutil.rmtree(part, ignore_errors=True)
-        else:
-            facts = self.identity(cell) | {name: getattr(cell, name) for name in FACTS}
-            facts["cpus"] = self.cpus_of(cell)
-            if cell.source == "live":
-                facts["noise"] = noise_of(run, facts_of(part / "summary.json"))
-            self.store(cell, part, facts)
-        self.on_change(cell.seconds)
-
-    def run_all(self, cells: list[Cell], workers: int) -> None:
-        """Runs the cells in order, `workers` at once. An exception, such as a signal's, interrupts all processes and
-        skips the remaining cells; complete cells stay."""
-        for part in self.folder.glob(".*.part"):  # leftovers of killed or interrupted reproductions
-            shutil.rmtree(part, ignore_errors=True)
-        with concurrent.futures.ThreadPoolExecutor(workers) as pool:
-            try:
-                submitted = [pool.submit(self.run, cell) for cell in cells]
-                for future in concurrent.futures.as_completed(submitted):
-                    future.result()
-            except BaseException:
-                with self.lock:
-                    self.stopped = True
-                    for process in self.running.values():
-                        # Popen.send_signal() might reap the exit status that run() waits for.
-                        with contextlib.suppress(ProcessLookupError):
-                            os.kill(process.pid, signal.SIGINT)
-                pool.shutdown(cancel_futures=True)
-                raise
+            return
+        facts = self.identity(cell) | {name: getattr(cell, name) for name in FACTS}
+        facts["cpus"] = self.cpus_of(cell)
+        if cell.source == "live":
+            facts["noise"] = noise_of(run, facts_of(part / "summary.json"))
+        self.store(cell, part, facts)

@@ -25,11 +25,11 @@ class Live(unittest.TestCase):
     def test_a_cell_stores_its_disturbances(self) -> None:
         output = self.folder()
         mode = cells.MODES["quick"]
-        cell = next(c for c in cells.live_cells(mode) if c.study == "timers" and c.executors == ("rm-ro",))
+        cell = next(c for c in cells.cells_of("live", mode) if c.study == "timers" and c.executors == ("rm-ro",))
         cell = dataclasses.replace(cell, duration_s=0.5)
         cpu = max(os.sched_getaffinity(0))
         runner = runner_of.Runner(HOTPATH, "a build", output, [cpu])
-        runner.run_all([cell], 1)
+        runner.run(cell)
         self.assertEqual(runner.failed, [])
         self.assertTrue(runner.complete(cell))
         facts = json.loads((output / "cells" / cell.name / "cell.json").read_text())
@@ -44,9 +44,9 @@ class Live(unittest.TestCase):
 
     def test_a_failed_cell_leaves_a_message_and_no_folder(self) -> None:
         output = self.folder()
-        cell = cells.Cell("timers", "simulated", "broken", 1, ("default",), "nowhere", duration_s=1)
+        cell = cells.Cell("timers", "simulated", "broken", ("default",), "nowhere", duration_s=1)
         runner = runner_of.Runner(HOTPATH, "a build", output, [0])
-        runner.run_all([cell], 1)
+        runner.run(cell)
         self.assertEqual([failed.name for failed, _ in runner.failed], ["simulated.timers.broken"])
         self.assertIn("nowhere", runner.failed[0][1])
         self.assertEqual([f for f in (output / "cells").iterdir() if not f.name.startswith(".")], [])
@@ -62,9 +62,9 @@ class Live(unittest.TestCase):
 
     def test_the_order_is_fixed_and_mixes_executors(self) -> None:
         mode = cells.MODES["standard"]
-        order = [c.name for c in cells.live_order(cells.live_cells(mode), 1)]
-        self.assertEqual(order, [c.name for c in cells.live_order(cells.live_cells(mode), 1)])
-        self.assertNotEqual(order, [c.name for c in cells.live_order(cells.live_cells(mode), 2)])
+        order = [c.name for c in cells.live_order(cells.cells_of("live", mode), 1)]
+        self.assertEqual(order, [c.name for c in cells.live_order(cells.cells_of("live", mode), 1)])
+        self.assertNotEqual(order, [c.name for c in cells.live_order(cells.cells_of("live", mode), 2)])
         self.assertEqual(len(order), len(set(order)))
         rounds = [int(name.rsplit(".", 1)[1]) for name in order]
         self.assertEqual(rounds, sorted(rounds), "each executor runs once before any runs again")
