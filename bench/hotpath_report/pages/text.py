@@ -53,7 +53,7 @@ def environment(form: str) -> jinja2.Environment:
         autoescape=form != "txt",  # also marks the output of macros as safe
         finalize=markdown if form == "md" else None,
     )
-    made.globals["form"] = form
+    made.globals |= {"form": form, "end": markupsafe.Markup("\n\n")}
     made.filters |= {"cell": markdown_cell, "code": markdown_code}
     made.filters |= {"prose": code_spans, "columns": columns, "fixed": fixed, "zip": zip}
     return made
