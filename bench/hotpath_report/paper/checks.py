@@ -7,6 +7,7 @@ import itertools
 import math
 from collections.abc import Iterable, Sized
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from types import SimpleNamespace
 from typing import Any
 
@@ -46,7 +47,7 @@ def graded(good: int | bool, of: int | bool, some: int | bool | None = None) -> 
 
 def percents(values: Iterable[float]) -> str:
     """60 / 80 / 90 %."""
-    return " / ".join("–" if math.isnan(v) else f"{v:.3g}" for v in values) + " %"
+    return " / ".join(f"{v:.3g}" for v in values) + " %"
 
 
 def above(estimate: Estimate, neutral: float) -> bool:
@@ -79,6 +80,18 @@ def rows_of(evidence: Evidence, source: str, executor: str, group: str | None = 
     return rows
 
 
+def drop_rates(evidence: Evidence, source: str, executor: str, group: str | None = None) -> list[float]:
+    """Drop rate on each set in percent."""
+    sets = rows_of(evidence, source, executor, group)
+    return [percent_of(*total(rows, "skipped", "reached")) for rows in sets]
+
+
+def largest_rate(evidence: Evidence, source: str, executor: str, group: str | None) -> tuple[float, str]:
+    """The largest drop rate of an executor, and a text with its set."""
+    rates = zip(drop_rates(evidence, source, executor, group), UTILISATIONS)
+    return max((r, f"{executor} at most {r:.3g} % ({percent} % set)") for r, percent in rates)
+
+
 def losses(evidence: Evidence, source: str, rows: Rows, word: str, largest_of: str = "") -> Finding:
     """Jobs that must not be lost: reproduced if none was lost. Live, the machine can withhold the processor: a small
     share of each executor's jobs on each set counts as partly reproduced, and the text counts lost jobs in repetitions
@@ -89,10 +102,8 @@ def losses(evidence: Evidence, source: str, rows: Rows, word: str, largest_of: s
     largest = max(percent_of(*total(of_set, "lost", "jobs")) for of_set in sets)
     text = f"{short} jobs {word}"
     if source == "live" and largest > 0:
-        of_repetition = grouped(rows, "utilisation_percent", "executor", "repetition")
-        disturbed = sum(
-            row["lost"] for key, of in of_repetition.items() if key in evidence.marked for row in of
-        )
+        repetition = itemgetter("utilisation_percent", "executor", "repetition")
+        disturbed = sum(row["lost"] for row in rows if repetition(row) in evidence.marked)
         text += f", {disturbed} of them in repetitions marked as disturbed{largest_of.format(largest)}"
     tolerated = source == "live" and largest <= LIMITS.tolerated_percent
     return Finding(graded(largest == 0, True, tolerated), text, short)
@@ -129,23 +140,11 @@ def bounds(evidence: Evidence, source: str) -> Finding:
     return replace(found, text=found.text + more)
 
 
-def drop_rates(evidence: Evidence, source: str, executor: str, group: str | None = None) -> list[float]:
-    """Drop rate on each set in percent."""
-    rows_of(evidence, source, executor)
-    return [evidence.timer_runs().drop_percent(p, source, executor, group) for p in UTILISATIONS]
-
-
 def drops(evidence: Evidence, source: str, executor: str) -> Finding:
     rates, imu = (drop_rates(evidence, source, executor, group) for group in (None, "imu"))
     losing = sum(rate > LIMITS.tolerated_percent for rate in rates)
     text = f"{percents(rates)} of all jobs, {percents(imu)} of the IMU's"
     return Finding(graded(losing, len(rates)), text, percents(rates))
-
-
-def largest_rate(evidence: Evidence, source: str, executor: str, group: str | None) -> tuple[float, str]:
-    """The largest drop rate of an executor, and a text with its set."""
-    rates = zip(drop_rates(evidence, source, executor, group), UTILISATIONS)
-    return max((r, f"{executor} at most {r:.3g} % ({percent} % set)") for r, percent in rates)
 
 
 def ten_percent(evidence: Evidence, source: str) -> Finding:

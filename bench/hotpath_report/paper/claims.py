@@ -26,8 +26,8 @@ def claims() -> Iterator[SimpleNamespace]:
         check = getattr(checks, entry.get("check", entry["name"].replace("-", "_")))
         for executor in entry.get("executors", [""]):
             words = {**vars(LIMITS), "words": executor.replace("-ro", ", RO").replace("-re", ", RE")}
-            why = {verdict: entry.get(f"why_{verdict}", "") for verdict in (PARTLY, NOT)}
-            why = entry.get("why", {}).get(executor, why)
+            why = {verdict: entry.get(f"why_{verdict}", entry.get("why", "")) for verdict in (PARTLY, NOT)}
+            why = entry.get("why_of", {}).get(executor, why)
             yield SimpleNamespace(
                 name=f"{entry['name']}-{executor}" if executor else entry["name"],
                 executor=executor,
@@ -41,22 +41,18 @@ def claims() -> Iterator[SimpleNamespace]:
 
 @dataclass(frozen=True)
 class Verdict:
-    """A claim with its findings by source."""
+    """A claim with its findings by source, of sources with data; that of the real ROS 2 stack is last and decides
+    nothing."""
 
     claim: SimpleNamespace
-    findings: dict[str, Finding | None]
-    real: Finding | None  # of the real ROS 2 stack, without a verdict
+    findings: dict[str, Finding]
     cells: dict[str, str]  # by source: the cells behind the finding
-
-    @property
-    def known(self) -> dict[str, Finding]:
-        """The findings of sources with data."""
-        return {source: finding for source, finding in self.findings.items() if finding}
 
     @property
     def decided(self) -> dict[str, str]:
         """Verdicts of sources with enough data."""
-        return {source: f.verdict for source, f in self.known.items() if f.verdict != NO_DATA}
+        found = {source: f.verdict for source, f in self.findings.items() if source != REAL}
+        return {source: verdict for source, verdict in found.items() if verdict != NO_DATA}
 
     @property
     def verdict(self) -> str:
@@ -76,37 +72,34 @@ class Verdict:
     @property
     def values(self) -> list[str]:
         """Values of the paper, simulated or computed, live, and of the real ROS 2 stack."""
-        short: dict[str, str] = {source: f.short if f else "not run" for source, f in self.findings.items()}
-        computed = short.get("analysis", short.get("simulated", ""))
-        return [self.claim.paper, computed, short.get("live", ""), self.real.short if self.real else ""]
+        short = dict.fromkeys(self.claim.sources, "not run") | {s: f.short for s, f in self.findings.items()}
+        return [self.claim.paper, *(short.get(s, "") for s in (self.claim.sources[0], "live", REAL))]
 
     @property
     def details(self) -> list[tuple[str, str]]:
         """Each source with its verdict, and its finding in words."""
-        names = {"analysis": "computed"}
-        found = [(f"{names.get(source, source)}, {f.verdict}", f.text) for source, f in self.known.items()]
-        return [*found, *([("real ROS 2 stack", self.real.text)] if self.real else [])]
+        names = {"analysis": "computed, {}", REAL: "real ROS 2 stack"}
+        found = self.findings.items()
+        return [(names.get(source, source + ", {}").format(f.verdict), f.text) for source, f in found]
 
     def as_json(self) -> dict[str, Any]:
         """The entry in claims.json."""
         texts = {key: getattr(self.claim, key) for key in TEXTS}
-        real = {"text": self.real.text, "short": self.real.short} if self.real else None
-        found = {source: {**vars(f), "cells": self.cells[source]} for source, f in self.known.items()}
-        more = {"verdict": self.verdict, "why": self.why, "findings": found}
-        return {"claim": self.claim.name, **texts, "real": real, **more}
+        found = {source: {**vars(f), "cells": self.cells[source]} for source, f in self.findings.items()}
+        real = {key: found[REAL][key] for key in ("text", "short")} if REAL in found else None
+        more = {"real": real, "verdict": self.verdict, "why": self.why}
+        found.pop(REAL, None)
+        return {"claim": self.claim.name, **texts, **more, "findings": found}
 
 
 def judge(evidence: Evidence, items: Collection[str] | None = None) -> list[Verdict]:
     """The verdicts on all claims of the items."""
     verdicts = []
     for claim in (claim for claim in claims() if items is None or claim.item in items):
-        cells: dict[str, str] = {}
-        found: dict[str, Finding | None] = {}
-        for source in (*claim.sources, REAL):
-            cells[source] = evidence.names_of_cells(STUDIES[claim.item], source, claim.executor)
-            found[source] = None
-            if source != REAL or claim.sources == SOURCES:
-                with suppress(Missing):
-                    found[source] = claim.check(evidence, source, **claim.options)
-        verdicts.append(Verdict(claim, found, found.pop(REAL), cells))
+        verdicts.append(Verdict(claim, {}, {}))
+        for source in (*claim.sources, REAL) if claim.sources == SOURCES else claim.sources:
+            with suppress(Missing):
+                verdicts[-1].findings[source] = claim.check(evidence, source, **claim.options)
+            cells = evidence.names_of_cells(STUDIES[claim.item], source, claim.executor)
+            verdicts[-1].cells[source] = cells
     return verdicts

@@ -114,8 +114,8 @@ def present(output: Path, mode: str, items: list[str], cells: list[Cell], comple
     planned = sum(c.source == "live" for c in cells)
     verdicts = results.write_results(collected, shown, output, planned)
     for v in verdicts:
-        text = next((f.text for f in reversed(v.known.values())), "")
-        print(f"{v.verdict:<10}  {v.claim.name:<22} {text}")
+        texts = ["", *(f.text for source, f in v.findings.items() if source != evidence.REAL)]
+        print(f"{v.verdict:<10}  {v.claim.name:<22} {texts[-1]}")
     print(", ".join(f"{count} {word}" for word, count in Counter(v.verdict for v in verdicts).items()))
     if collected.machine is not None:
         print(results.prose("noise", collected))

@@ -21,7 +21,7 @@ from hotpath_report.paper import evidence as evidence_of
 from hotpath_report.paper import items as parts_of
 from hotpath_report.paper.cells import EXECUTORS, ITEMS, MODES, PAPER_LOAD_PERCENT, SPEC, UTILISATIONS
 from hotpath_report.paper.cells import duration_text
-from hotpath_report.paper.checks import LIMITS
+from hotpath_report.paper.checks import LIMITS, hot_paths, real_ms
 from hotpath_report.paper.claims import Verdict, judge
 from hotpath_report.paper.evidence import REAL, Evidence
 from hotpath_report.paper.runner import CAUSES
@@ -43,12 +43,11 @@ def slowdowns(evidence: Evidence) -> dict[str, Estimate]:
     """By source: worst hot-path latency of the default executor divided by that of rm-ro."""
     found, pair = {}, ("default", "rm-ro")
     for source in SOURCES:
-        default, ours = (evidence.latencies("autoware", source, e) for e in pair)
-        if default and ours:
-            found[source] = statistics.ratio(default, ours, 1.0)
-    real = evidence.reference.hot_path_ms("max")
-    if real.keys() >= set(pair):
-        found[REAL] = Estimate(real["default"] / real["rm-ro"])
+        with suppress(Missing):
+            found[source] = statistics.ratio(*hot_paths(evidence, source, *pair), 1.0)
+    with suppress(Missing):
+        default, ours = real_ms(evidence, "max", *pair)
+        found[REAL] = Estimate(default / ours)
     return found
 
 
@@ -92,20 +91,17 @@ def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
 
 def measured(evidence: Evidence) -> list[Measured]:
     """The hot path, and the response times of each group of timers in each task set, by source."""
-    runs = evidence.timer_runs()
-    latencies: list[dict[str, Samples]] = [{} for _ in SOURCES]
-    for (study, source, load, executor), samples in evidence.all_latencies.items():
-        if (study, load) == ("autoware", PAPER_LOAD_PERCENT):
-            latencies[SOURCES.index(source)][executor] = samples
+    runs, executors = evidence.timer_runs(), list(grouped(evidence.hot_path, "executor"))
+    latencies = [{e: evidence.latencies("autoware", source, e) for e in executors} for source in SOURCES]
     what = {"kind": "chain", "name": "hot path", "title": "Hot path", "measure": "hot-path latency (ms)"}
-    made: list[Measured] = [(what | {"figure": "hot_path"}, latencies)]
+    found: list[tuple[dict[str, str], list[dict[str, Samples]]]] = [(what | {"figure": "hot_path"}, latencies)]
     for (group, label), percent in product(GROUPS.items(), UTILISATIONS):
         name = f"{label}, {percent} % set"
         of = [{e: runs.samples(percent, s, e, group) for e in runs.executors} for s in SOURCES]
-        of = [{e: samples for e, samples in of_source.items() if samples} for of_source in of]
         what = {"kind": "task", "name": name, "title": f"Timers: {name}", "measure": "response time (ms)"}
-        made.append((what | {"figure": ""}, of))
-    return [(what, of_sources) for what, of_sources in made if any(of_sources)]
+        found.append((what | {"figure": ""}, of))
+    made = [(what, [{e: s for e, s in of.items() if s} for of in sources]) for what, sources in found]
+    return [(what, sources) for what, sources in made if any(sources)]
 
 
 def document(evidence: Evidence) -> dict[str, Any]:
@@ -174,8 +170,8 @@ def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, plan
 def write_results(evidence: Evidence, items: Collection[str], folder: Path, planned: int) -> list[Verdict]:
     """Writes all results; `planned`: number of live repetitions in the plan."""
     evidence.store(folder / "data")
-    verdicts = write_page_of(evidence, items, folder, planned)
     seconds = sum(c["duration_s"] for c in evidence.live_cells)
+    verdicts = write_page_of(evidence, items, folder, planned)
     facts = {
         "mode": evidence.mode,
         "machine": evidence.machine,
