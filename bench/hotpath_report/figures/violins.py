@@ -109,12 +109,10 @@ def draw_rows(axes: Axes, rows: Sequence[Row], limit: float, sources: Sequence[s
 
 def add_key(figure: Figure, sources: Sequence[str], marks: Sequence[Artist] = ()) -> None:
     """Adds the legend: sources, median and marks."""
-    handles: list[Artist] = []
+    handles = [style.patch(source, alpha=0.85) for source in sources]
     if len(sources) > 1:
-        handles.append(style.patch("upper half: simulated", alpha=0.42))
-        handles.append(style.patch("lower half: live", alpha=0.95))
-    else:
-        handles += [style.patch(source, alpha=0.85) for source in sources]
+        halves = {"upper half: simulated": 0.42, "lower half: live": 0.95}
+        handles = [style.patch(half, alpha=alpha) for half, alpha in halves.items()]
     style.add_key(figure, [*handles, style.line("median", linewidth=1.6), *marks], 6)
 
 

@@ -33,7 +33,7 @@ def predictions(advice: Advice, rows: list[dict[str, Any]]) -> Drawing:
     values = []
     for y, row in enumerate(rows):
         colour = style.colour_of(row["name"])
-        axes.plot([row[MARKS[0][0]]["value"], row["worst_ms"]["value"]], [y, y], color=colour, alpha=0.35)
+        axes.plot([row["median_ms"]["value"], row["worst_ms"]["value"]], [y, y], color=colour, alpha=0.35)
         for key, label, mark in MARKS:
             value, interval = row[key]["value"], row[key].get("interval", [])
             look: Any = {"linewidth": 4, "alpha": 0.45, "solid_capstyle": "butt"}
@@ -56,22 +56,16 @@ def targets(found: Advice, labels: list[str]) -> list[dict[str, Any]]:
     of_age = found["metric"] == "age of the data"
     series = [{"run": 0, "executor": label} for label in labels]
     made = []
-    for column, name, title in (
-        (AGE, chain, "age of the data"),
-        (HOT_PATH, f"{chain}, hot path", "hot path"),
-    ):
+    for column, name, title in (AGE, chain, "age of the data"), (HOT_PATH, f"{chain}, hot path", "hot path"):
         samples = samples_of(found["latencies"], column, exact=True).get(chain, {})
-        marks: list[dict[str, Any]] = [
-            {"label": f"bound of {label}", "ms": round(bound, 6), "series": k}
-            for k, label in enumerate(labels)
-            if (column == AGE) == of_age and (bound := bounds.get(label))
-        ]
+        marks: list[interactive.Mark] = []
+        if (column == AGE) == of_age:
+            bound = {k: bounds.get(label) for k, label in enumerate(labels)}
+            marks += [(round(ms, 6), f"bound of {labels[k]}", k) for k, ms in bound.items() if ms]
         if column == AGE and (limit := found["requirements_ms"].get(chain)):
-            marks.append({"label": "requirement", "ms": limit, "series": None})
-        marks.sort(key=lambda mark: float(mark["ms"]))
+            marks.append((limit, "requirement", None))
         what = {"kind": "chain", "name": name, "title": f"Chain {name}", "measure": f"{title} (ms)"}
-        what["figure"] = "advice"
-        made.append(interactive.target(what, [samples], series, marks))
+        made.append(interactive.target(what | {"figure": "advice"}, [samples], series, marks))
     # Outputs are explained by their age, so it comes first if there are any.
     return [t for t in (made if of_age or found["stored"] else made[::-1]) if t["curves"]]
 

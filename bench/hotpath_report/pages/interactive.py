@@ -7,7 +7,7 @@ import hashlib
 import json
 import math
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from hotpath_report import style
@@ -24,6 +24,7 @@ LOGARITHMIC = 8  # ratio of the largest to the least value from which an axis is
 ENDS = ("value", "low", "high")
 
 Series = Sequence[dict[str, Any]]
+Mark = tuple[float, str, int | None]  # ms, label and number of the series; None: of all
 Bounds = dict[tuple[str, str, str], float]  # ms by executor, kind (chain or task) and name
 
 # What a distribution is of: kind (chain or task), name, title, measure, and the id of its violins or nothing; and the
@@ -32,12 +33,14 @@ Measured = tuple[dict[str, str], Sequence[Mapping[str, Samples]]]
 
 
 def target(
-    what: dict[str, str], runs: Sequence[Mapping[str, Samples]], series: Series, marks: Sequence[Any] = ()
+    what: dict[str, str], runs: Sequence[Mapping[str, Samples]], series: Series, marks: Iterable[Mark] = ()
 ) -> dict[str, Any]:
-    """The distributions of each series."""
+    """The distributions of each series, with marks."""
     found = (runs[of["run"]].get(of["executor"]) for of in series)
     curves = [{"series": k, **samples.curve()} for k, samples in enumerate(found) if samples]
-    return what | {"curves": curves, "marks": list(marks)}
+    ordered = sorted(marks, key=lambda mark: mark[0])
+    shown = [{"label": label, "ms": ms, "series": number} for ms, label, number in ordered]
+    return what | {"curves": curves, "marks": shown}
 
 
 def curves_of(found: Sequence[tuple[int, str, str]]) -> list[dict[str, Any]]:
@@ -66,9 +69,9 @@ def bounds_of(run: Run) -> Bounds:
 
 def marks_of(
     what: dict[str, str], runs: Sequence[Run], bounds: Sequence[Bounds], series: Series
-) -> list[dict[str, Any]]:
+) -> list[Mark]:
     """Bounds, deadlines and the computation on the path."""
-    marks: set[tuple[float, str, int | None]] = set()
+    marks: set[Mark] = set()
     kind, name = what["kind"], what["name"]
     if kind == "chain" and runs[0].facts.get("chains", [name])[:1] == [name]:
         marks |= {(x["ms"], x["label"], None) for x in runs[0].facts.get("limits", []) if x["ms"] > 0}
@@ -78,7 +81,7 @@ def marks_of(
     for number, of in enumerate(series):
         if bound := bounds[of["run"]].get((of["executor"], kind, name)):
             marks.add((round(bound, 6), f"bound of {of['label']}", number))
-    return [{"label": label, "ms": ms, "series": number} for ms, label, number in sorted(marks)]
+    return sorted(marks)
 
 
 def of_samples(executors: Mapping[str, Sequence[str]], **parts: Any) -> dict[str, Any]:

@@ -76,12 +76,12 @@ def open_folder(folder: Path, mode: str, cells: list[Cell]) -> TextIO:
 def tell_repeated(runner: Runner, todo: list[Cell], output: Path) -> None:
     """Notes which complete live cells are measured again, and why."""
     live = (facts_of(runner.folder / c.name / "cell.json") for c in todo if c.source == "live")
-    builds = Counter(facts["build"] == runner.build for facts in live if facts.get("complete"))
     processors = ",".join(map(str, runner.cpus))
     how = {False: f"by another build than {runner.build}", True: f"on other processors than {processors}"}
-    for same in (same for same in how if builds[same]):
+    repeated = Counter(how[facts["build"] == runner.build] for facts in live if facts.get("complete"))
+    for why, count in repeated.items():
         again = f"measuring them again; the old results move to {output}/superseded"
-        tell(f"{builds[same]} live cells were measured {how[same]}: {again}")
+        tell(f"{count} live cells were measured {why}: {again}")
 
 
 def measure(runner: Runner, wanted: list[Cell], output: Path) -> None:

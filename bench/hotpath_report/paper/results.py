@@ -94,7 +94,9 @@ def measured(evidence: Evidence) -> list[Measured]:
     runs, executors = evidence.timer_runs(), list(grouped(evidence.hot_path, "executor"))
     latencies = [{e: evidence.latencies("autoware", source, e) for e in executors} for source in SOURCES]
     what = {"kind": "chain", "name": "hot path", "title": "Hot path", "measure": "hot-path latency (ms)"}
-    found: list[tuple[dict[str, str], list[dict[str, Samples]]]] = [(what | {"figure": "hot_path"}, latencies)]
+    found: list[tuple[dict[str, str], list[dict[str, Samples]]]] = [
+        (what | {"figure": "hot_path"}, latencies)
+    ]
     for (group, label), percent in product(GROUPS.items(), UTILISATIONS):
         name = f"{label}, {percent} % set"
         of = [{e: runs.samples(percent, s, e, group) for e in runs.executors} for s in SOURCES]
