@@ -17,8 +17,7 @@ from hotpath_report.files import read_json, write_file
 from hotpath_report.statistics import median
 
 Key = tuple[str, str]  # benchmark and metric
-Spec = dict[str, Any]  # a table of bench.toml
-SPEC: Spec = tomllib.loads(Path(__file__).with_name("bench.toml").read_text(encoding="utf-8"))
+SPEC: dict[str, Any] = tomllib.loads(Path(__file__).with_name("bench.toml").read_text(encoding="utf-8"))
 FILE = "bench.json"
 TIME = "time_ns"
 NS = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
@@ -68,34 +67,26 @@ class Bench:
         self.medians = {key: median(values) for key, values in self.values.items()}
         self.partial = self.facts.get("complete") is not True  # some measurements are missing
 
-    def value(self, spec: Spec, each: str) -> float | None:
-        """The value of a bar; None if not measured."""
-        metric, pattern = spec.get("metric", TIME), spec["of"].format(each=each)
-        found = [v for (name, of), v in self.medians.items() if of == metric and re.fullmatch(pattern, name)]
+    def value(self, benchmark: str, metric: str, over: str | float) -> float | None:
+        """The value of a row of bench.toml; None if not measured."""
+        name, inverse = metric.removeprefix("1 / "), metric.startswith("1 / ")
+        found = [v for (key, of), v in self.medians.items() if of == name and re.fullmatch(benchmark, key)]
         if not found:
             return None
-        value = 1 / max(found) if spec.get("inverse") else max(found)
-        if "over" in spec:
-            yardstick = self.medians.get((spec["over"], metric)) or self.medians.get((spec["over"], TIME))
-            return value / yardstick if yardstick else None
-        return value * float(spec.get("factor", 1))
+        value = 1 / max(found) if inverse else max(found)
+        if not isinstance(over, str):
+            return value * over
+        yardstick = self.medians.get((over, name)) or self.medians.get((over, TIME))
+        return value / yardstick if yardstick else None
 
 
 def bars(bench: Bench) -> list[list[Any]]:
     """Measurements against their bars (upper limits): what, value, bar and verdict."""
     rows = []
-    for spec in SPEC["bar"]:
-        plain = {key: value for key, value in spec.items() if "and" not in spec or key != "over"}
-        for each in spec.get("each", [""]):
-            share = spec.get("ros2_share")
-            bar = share * SPEC["ros2_callback_us"][each] if share else spec.get("bar")
-            told = [(spec["what"], plain, bar)]
-            told += [(spec["and"], spec, spec.get("over_bar"))] if "and" in spec else []
-            for what, of, limit in told:
-                if (value := bench.value(of, each)) is not None:
-                    verdict = "" if limit is None else "met" if value <= limit else Markup("**not met**")
-                    bar_text = "" if limit is None else limit
-                    rows.append([what.format(each=each), three_digits(value), bar_text, verdict])
+    for what, benchmark, metric, over, *bar in SPEC["bars"]:
+        if (value := bench.value(benchmark, metric, over)) is not None:
+            verdicts = ["met" if value <= limit else Markup("**not met**") for limit in bar]
+            rows.append([what, three_digits(value), *(bar + verdicts or ["", ""])])
     return rows
 
 
