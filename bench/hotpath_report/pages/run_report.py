@@ -70,78 +70,58 @@ def document(runs: Sequence[ReportedRun], names: Sequence[str]) -> dict[str, Any
     return interactive.document(runs, names, measured)
 
 
-# Key in summary.json and column of the losses of an executor, and of its tasks.
-LOSSES = {
-    "callbacks_executed": "callbacks",
-    "skipped": "skipped timestamps",
-    "overwritten": "overwritten samples",
-    "deadline_overruns": "deadline overruns",
-}
-LOSSES_OF_TASK = {
-    "ran": "jobs",
-    "skipped": "skipped timestamps",
-    "overwritten": "overwritten samples",
-    "queued": "queued at the end",
-}
-# Column, measure and statistic of a chain of an executor.
+# Columns of tables, with dotted keys of an executor of summary.json, or of its chains and tasks.
 OUTPUTS = {
-    "outputs": ("end_to_end_latency_ms", "n"),
-    "median interval": ("output_interval_ms", "p50"),
-    "longest gap": ("output_interval_ms", "max"),
-    "worst disparity": ("disparity_ms", "max"),
-    "hot path: median": ("hot_path_latency_ms", "p50"),
-    "p99": ("hot_path_latency_ms", "p99"),
-    "worst": ("hot_path_latency_ms", "max"),
+    "chain": "chain",
+    "outputs": "end_to_end_latency_ms.n",
+    "median interval": "output_interval_ms.p50",
+    "longest gap": "output_interval_ms.max",
+    "worst disparity": "disparity_ms.max",
+    "hot path: median": "hot_path_latency_ms.p50",
+    "p99": "hot_path_latency_ms.p99",
+    "worst": "hot_path_latency_ms.max",
 }
-# Column, measure and statistic of a timer.
-PERIODS = {
-    "least ms": ("period_ms", "min"),
-    "greatest ms": ("period_ms", "max"),
-    "p99 off its period by ms": ("period_deviation_ms", "p99"),
-}
+LOST = {"skipped timestamps": "skipped", "overwritten samples": "overwritten"}
+LOSSES = {"callbacks": "callbacks_executed", **LOST, "deadline overruns": "deadline_overruns"}
+LOSSES_OF_TASK = {"task": "task", "jobs": "ran", **LOST, "queued at the end": "queued"}
+PERIODS = {"timer": "task", "least ms": "period_ms.min", "greatest ms": "period_ms.max"}
+PERIODS |= {"p99 off its period by ms": "period_deviation_ms.p99"}
+DISTURBED = {"repetition": "repetition", "marks": "marks"}
 
 
-def statistics(of: dict[str, Any], columns: dict[str, tuple[str, str]]) -> Iterator[str]:
-    """Counts and numbers of ms; empty where there is none."""
-    for measure, statistic in columns.values():
-        value = (of.get(measure) or {}).get(statistic)
-        yield "" if value is None else f"{value:d}" if isinstance(value, int) else f"{value:.2f}"
+def cell(of: Any, key: str) -> str:
+    """A name, a count or a number of ms; empty if there is none."""
+    for part in key.split("."):
+        of = (of or {}).get(part)
+    return "" if of is None else f"{of:.2f}" if isinstance(of, float) else str(of)
 
 
 def tables(runs: Sequence[ReportedRun]) -> Iterator[Table]:
     """Outputs, losses (of timers after the warm-up), then losses and periods of tasks over the whole run, and
     the repetitions that the kernel's counters call disturbed; without empty tables."""
     executors = [([run.name, e["executor"]], e) for run in runs if run.has_summary() for e in run.summary()]
-    tasks = [([*names, task["task"]], task) for names, e in executors for task in e["tasks"]]
-    outputs = [
-        [*names, chain["chain"], *statistics(chain, OUTPUTS)]
-        for names, e in executors
-        for chain in e["chains"]
-    ]
-    losses = [[*names, *(e[key] for key in LOSSES)] for names, e in executors]
-    lost = [
-        [*names, *(task.get(key, "") for key in LOSSES_OF_TASK)]
-        for names, task in tasks
-        if task.get("skipped") or task.get("overwritten")
-    ]
+    chains, tasks = ([(names, of) for names, e in executors for of in e[key]] for key in ("chains", "tasks"))
+    lost = [(names, task) for names, task in tasks if task.get("skipped") or task.get("overwritten")]
     # Runs of older versions have no periods.
     timers = [(names, task) for names, task in tasks if (task.get("period_deviation_ms") or {}).get("n")]
-    periods = [[*names, *statistics(task, PERIODS)] for names, task in timers]
-    marks = [[run.name, e, n, "; ".join(marks)] for run in runs for e, n, marks in run.disturbances()]
-    names = ["run", "executor"]
-    made = [
-        Table(
-            "Outputs, in ms; hot path: the paper's metric, from the start of the latest source's callback to the "
-            "start of the sink's",
-            [*names, "chain", *OUTPUTS],
-            outputs,
-        ),
-        Table("Losses", names + [*LOSSES.values()], losses),
-        Table("Losses by task", [*names, "task", *LOSSES_OF_TASK.values()], lost, folded=len(lost) > 12),
-        Table("Periods of timers, from start to start", [*names, "timer", *PERIODS], periods, folded=True),
-        Table("Disturbed repetitions", [*names, "repetition", "marks"], marks),
+    disturbed = [
+        ([run.name, executor], {"repetition": repetition, "marks": "; ".join(marks)})
+        for run in runs
+        for executor, repetition, marks in run.disturbances()
     ]
-    return (table for table in made if table.rows)
+    outputs = (
+        "Outputs, in ms; hot path: the paper's metric, from the start of the latest source's callback to the "
+    )
+    for title, columns, rows, folded in (
+        (outputs + "start of the sink's", OUTPUTS, chains, False),
+        ("Losses", LOSSES, executors, False),
+        ("Losses by task", LOSSES_OF_TASK, lost, len(lost) > 12),
+        ("Periods of timers, from start to start", PERIODS, timers, True),
+        ("Disturbed repetitions", DISTURBED, disturbed, False),
+    ):
+        cells = [[*names, *(cell(of, key) for key in columns.values())] for names, of in rows]
+        if cells:
+            yield Table(title, ["run", "executor", *columns], cells, folded)
 
 
 def causes(runs: Sequence[ReportedRun], key: Key) -> list[str]:
