@@ -19,7 +19,7 @@ from hotpath_report.pages.text import environment
 from hotpath_report.pages.writer import Section, Table, make_figure, write_page
 from hotpath_report.paper import evidence as evidence_of
 from hotpath_report.paper import items as parts_of
-from hotpath_report.paper.cells import EXECUTORS, ITEMS, MODES, PAPER_LOAD_PERCENT, SPEC, UTILISATIONS
+from hotpath_report.paper.cells import EXECUTORS, ITEMS, MODES, SPEC, UTILISATIONS
 from hotpath_report.paper.cells import duration_text
 from hotpath_report.paper.checks import LIMITS, hot_paths, real_ms
 from hotpath_report.paper.claims import Verdict, judge
@@ -44,10 +44,11 @@ def slowdowns(evidence: Evidence) -> dict[str, Estimate]:
     found, pair = {}, ("default", "rm-ro")
     for source in SOURCES:
         with suppress(Missing):
-            found[source] = statistics.ratio(*hot_paths(evidence, source, *pair), 1.0)
+            default, ours = hot_paths(evidence, source, *pair)
+            found[source] = statistics.ratio(default, ours, 1.0)
     with suppress(Missing):
-        default, ours = real_ms(evidence, "max", *pair)
-        found[REAL] = Estimate(default / ours)
+        worst = real_ms(evidence, "max", *pair)
+        found[REAL] = Estimate(worst[0] / worst[1])
     return found
 
 

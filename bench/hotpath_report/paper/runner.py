@@ -82,7 +82,7 @@ class Runner:
         name_durably(part, folder)
 
     def run(self, cell: Cell) -> None:
-        """Runs one cell to completion; complete cells stay when a signal interrupts it. Raises RunError, Interrupted."""
+        """Runs one cell to completion. Raises RunError, and Interrupted after the end of the program."""
         if signature(self.hotpath) != self.signature:
             kept = "was replaced during the measurement; complete cells are kept"
             again = "The same command measures everything again with the new program"
