@@ -136,12 +136,9 @@ export interface Part {
   behindSequence: number; ns: number;
 }
 
-/** An output of a chain, or a job of a task. */
-export interface Output {
-  series: number; repetition: number; sequence: number; end: number; latency: number;
-  causes: number[] | null; // ns, by cause
-  parts: Part[];
-  path: { task: number; sequence: number }[];
+/** An output of a chain, or a job of a task, whose causes may be unknown. */
+export interface Output extends Omit<Explained, "causes" | "parts"> {
+  series: number; causes: number[] | null; parts: Part[];
 }
 
 /** Gives typed views of the document, made when first needed. */
@@ -168,11 +165,7 @@ export class Store {
     return jobs;
   }
 
-  /** The number of outputs, of which `outputs()` lists all or some. */
-  total(target: Target, series: number): number {
-    return target.curves.find((c) => c.series === series)?.n ?? 0;
-  }
-
+  /** All or some of the target's outputs. */
   outputs(target: Target, series: number): Output[] {
     const key = `${target.kind} ${target.name} ${series}`;
     let list = this.lists.get(key);
@@ -183,7 +176,7 @@ export class Store {
       const of = target.kind === "chain" ? outputs?.find((o) => o.chain === target.name && o.executor === executor)
         : responses?.find((o) => o.task === task && o.executor === executor);
       const explained = (of?.outputs ?? []).map((output) => ({
-        ...output, series, path: output.path.map(([task, sequence]) => ({ task, sequence })),
+        ...output, series,
         parts: output.parts.map(([cause, rule, step, behind, behindSequence, ns]) => ({ cause, rule, step, behind, behindSequence, ns })),
       }));
       list = target.kind === "chain" ? explained : this.jobsOfTask(task, series, explained);
@@ -203,7 +196,7 @@ export class Store {
         const id = `${repetition} ${sequence}`;
         const { causes, parts } = known.get(id) ?? { causes: null, parts: [] };
         known.delete(id);
-        list.push({ series, repetition, sequence, end, latency: end - timestamp, causes, parts, path: [{ task, sequence }] });
+        list.push({ series, repetition, sequence, end, latency: end - timestamp, causes, parts, path: [[task, sequence]] });
       }
     }
     return [...list, ...known.values()]; // and those that a thinned page does not keep

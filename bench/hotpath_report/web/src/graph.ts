@@ -22,7 +22,7 @@ export class GraphView {
     const nodesOf = (tasks: number[]): Set<number> => new Set(tasks.map((t) => graph.node_of_task[t]));
     const chain = graph.chains.find((c) => c.name === target.name)?.tasks;
     const selected = nodesOf(chain ?? [run.tasks.indexOf(target.name)]);
-    const path = (output?.path ?? []).map((s) => graph.node_of_task[s.task]);
+    const path = (output?.path ?? []).map(([task]) => graph.node_of_task[task]);
     const behind = nodesOf((output?.parts ?? []).map((p) => p.behind).filter((t) => t >= 0));
     const top = Math.min(...graph.nodes.map((n) => n.row));
     const x = (n: number): number => graph.nodes[n].column * BOX.dx + 8;

@@ -39,7 +39,10 @@ class Page {
     this.timeline = new Timeline(store);
     this.trend = new Trend(store, (output) => this.pick(output));
     for (let s = 0; s < Math.min(store.document.shown ?? MOST_AT_FIRST, store.document.series.length); ++s) this.visible.add(s);
-    this.fillTargets();
+    const groups = { chain: h("optgroup", { label: "Chains" }), task: h("optgroup", { label: "Tasks" }) };
+    store.document.targets.forEach((t, i) => groups[t.kind].append(h("option", { value: i }, t.name)));
+    this.targets.append(...Object.values(groups).filter((g) => g.childElementCount > 0));
+    this.targets.addEventListener("change", () => this.showTarget());
     this.other.addEventListener("change", () => {
       this.alone = this.other.value === "";
       this.showTimeline();
@@ -69,13 +72,6 @@ class Page {
 
   get target(): Target {
     return this.store.document.targets[Number(this.targets.value)];
-  }
-
-  private fillTargets(): void {
-    const groups = { chain: h("optgroup", { label: "Chains" }), task: h("optgroup", { label: "Tasks" }) };
-    this.store.document.targets.forEach((t, i) => groups[t.kind].append(h("option", { value: i }, t.name)));
-    this.targets.append(...Object.values(groups).filter((g) => g.childElementCount > 0));
-    this.targets.addEventListener("change", () => this.showTarget());
   }
 
   /** The executors that have this target and are not switched off. */
@@ -133,14 +129,12 @@ class Page {
 
   /** The output of another executor with the data of the same source job. */
   private partner(output: Output, series: number): Output | null {
-    const [a, source] = [this.store.run(output.series), output.path[0]];
-    const task = a.tasks[source?.task];
-    const b = this.store.run(series).tasks;
-    return (
-      this.store.outputs(this.target, series).find((o) =>
-        o.repetition === output.repetition && o.path[0]?.sequence === source?.sequence && b[o.path[0]?.task] === task,
-      ) ?? null
-    );
+    const source = (o: Output): string => {
+      const [task, sequence] = o.path[0] ?? [];
+      return `${o.repetition} ${sequence} ${this.store.run(o.series).tasks[task]}`;
+    };
+    const wanted = source(output);
+    return this.store.outputs(this.target, series).find((o) => source(o) === wanted) ?? null;
   }
 
   private showTimeline(): void {

@@ -14,6 +14,7 @@ export class OutputList {
   private readonly from = h("input", { type: "number", min: 0, step: "any", id: "from-ms" });
   private readonly to = h("input", { type: "number", min: 0, step: "any", id: "to-ms" });
   private readonly series: Series[];
+  private rows = new Map<Output | null, HTMLElement>();
 
   constructor(
     private readonly store: Store, private readonly pick: (output: Output) => void,
@@ -43,7 +44,7 @@ export class OutputList {
     const listed = visible.flatMap((s) => this.store.outputs(target, s));
     const found = listed.filter((o) => low <= o.latency && o.latency <= high);
     found.sort((a, b) => b.latency - a.latency || a.series - b.series || a.end - b.end);
-    const total = visible.reduce((sum, s) => sum + this.store.total(target, s), 0);
+    const total = target.curves.filter((c) => visible.includes(c.series)).reduce((sum, c) => sum + c.n, 0);
     const what = target.kind === "chain" ? "outputs" : "jobs";
     let text = `${found.length} of ${total} ${what}, worst first`;
     if (listed.length < total) text += ` (the page lists ${listed.length} of them)`;
@@ -51,7 +52,8 @@ export class OutputList {
     this.head.textContent = `${text}.`;
     this.from.value = range.from > 0 ? String(Number(range.from.toFixed(3))) : "";
     this.to.value = Number.isFinite(range.to) ? String(Number(range.to.toFixed(3))) : "";
-    this.body.replaceChildren(...found.slice(0, MOST_ROWS).map((o) => this.row(target, o)));
+    this.rows = new Map(found.slice(0, MOST_ROWS).map((o) => [o, this.row(target, o)]));
+    this.body.replaceChildren(...this.rows.values());
     return found;
   }
 
@@ -59,7 +61,7 @@ export class OutputList {
     const s = this.series[o.series];
     const button = h("button", { type: "button", class: "pick", click: () => this.pick(o) }, `${ms(o.latency)} ms`);
     const repetition = this.store.repetitions(o.series).length > 1 ? `, repetition ${o.repetition}` : "";
-    const sink = this.store.run(o.series).tasks[o.path[o.path.length - 1]?.task] ?? target.name;
+    const sink = this.store.run(o.series).tasks[o.path[o.path.length - 1]?.[0]] ?? target.name;
     return h(
       "tr",
       { "data-series": o.series, "data-repetition": o.repetition, "data-sequence": o.sequence,
@@ -80,11 +82,8 @@ export class OutputList {
 
   /** Marks the rows of the shown outputs. */
   mark(shown: (Output | null)[]): void {
-    for (const row of Array.from(this.body.rows)) {
-      const { series, repetition, sequence } = row.dataset;
-      const current = shown.some(
-        (o) => o && String(o.series) === series && String(o.repetition) === repetition && String(o.sequence) === sequence,
-      );
+    for (const [output, row] of this.rows) {
+      const current = shown.includes(output);
       row.toggleAttribute("data-current", current);
       row.querySelector("button")?.setAttribute("aria-pressed", String(current));
     }

@@ -36,14 +36,14 @@ export class Panel {
       if (job) this.special.set(job, causes[cause].colour);
     };
     for (const part of output?.parts ?? []) mark(part.behind, part.behindSequence, part.cause);
-    for (const step of output?.path ?? []) mark(step.task, step.sequence, RUNNING);
+    for (const [task, sequence] of output?.path ?? []) mark(task, sequence, RUNNING);
   }
 
   /** Tasks of the output's path and those that went first, in the order of time. */
   involved(): number[] {
     const o = this.output;
     if (!o || !o.parts.length) return [...this.chain];
-    return [...o.path.map((s) => s.task), ...o.parts.map((p) => p.behind).filter((task) => task >= 0)];
+    return [...o.path.map(([task]) => task), ...o.parts.map((p) => p.behind).filter((task) => task >= 0)];
   }
 
   layOut(rowsOf: RowsOf, tasks: number[]): void {
@@ -149,7 +149,7 @@ export class Panel {
       ctx.lineWidth = 1;
       ctx.strokeRect(left, top - 1, width, this.rowHeight - 3);
       const name = `${this.run.tasks[job.task]} ${job.sequence}`;
-      const onPath = this.output?.path.some((s) => s.task === job.task && s.sequence === job.sequence);
+      const onPath = this.output?.path.some(([task, sequence]) => task === job.task && sequence === job.sequence);
       this.shown.push({ what: onPath ? "path" : "behind", name, left, right: left + width });
     }
   }
@@ -178,7 +178,7 @@ export class Panel {
 
   /** From each publication on the path to the callback that it started. */
   private drawArrows(ctx: CanvasRenderingContext2D, x: (t: number) => number): void {
-    const path = (this.output?.path ?? []).map((s) => this.jobs.find(s.task, s.sequence));
+    const path = (this.output?.path ?? []).map((step) => this.jobs.find(...step));
     ctx.strokeStyle = ctx.fillStyle = theme("ink");
     ctx.lineWidth = 1.3;
     for (let k = 1; k < path.length; ++k) {

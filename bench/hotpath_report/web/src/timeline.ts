@@ -64,7 +64,7 @@ export class Timeline {
     }
     this.length = Math.max(1, ...this.panels.map((p) => p.jobs.of.length_ns));
     this.element.hidden = this.panels.length === 0;
-    this.tellCauses(target);
+    this.causes.replaceChildren(...this.panels.flatMap((p) => (p.output ? [this.account(target, p, p.output)] : [])));
     this.layOut();
     chosen[0] ? this.toOutput() : this.toAll();
   }
@@ -184,12 +184,6 @@ export class Timeline {
     this.canvas.setAttribute("aria-label", `Timeline of ${names}, ${span}`);
   }
 
-  /** A table of the parts of each shown output, as `hotpath explain` prints it. */
-  private tellCauses(target: Target): void {
-    const accounts = this.panels.flatMap((p) => (p.output ? [this.account(target, p, p.output)] : []));
-    this.causes.replaceChildren(...accounts);
-  }
-
   /** The command that explains an output again. */
   private command(target: Target, o: Output): string {
     const run = this.store.run(o.series).name;
@@ -197,6 +191,7 @@ export class Timeline {
     return ["hotpath explain", quoted(run), ...words.map(quoted), "--repetition", o.repetition, "--sequence", o.sequence].join(" ");
   }
 
+  /** A table of the parts of an output, as `hotpath explain` prints it. */
   private account(target: Target, panel: Panel, o: Output): HTMLElement {
     const tasks = this.store.run(o.series).tasks;
     const name = (task: number, sequence: number): string => (task < 0 ? "" : `${tasks[task]} ${sequence}`);
@@ -210,7 +205,7 @@ export class Timeline {
     const rows = o.parts.map((p) => {
       const cells = [
         ms(from), ms(p.ns), causes[p.cause].phrase,
-        name(o.path[p.step].task, o.path[p.step].sequence), name(p.behind, p.behindSequence), rules[p.rule],
+        name(...o.path[p.step]), name(p.behind, p.behindSequence), rules[p.rule],
       ];
       from += p.ns;
       return h("tr", {}, ...cells.map((c) => h("td", {}, c)));
