@@ -8,7 +8,6 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -44,21 +43,20 @@ class Reference:
         folder = next((folder for folder in folders if folder.is_dir()), None)
         if folder is None:
             return
-        traced: Rows = []
-        for path in sorted((folder / "traces").glob("timers_only_*.csv")):
-            percent, executor = path.stem.removeprefix("timers_only_").split(".")
-            of = {"utilisation_percent": int(percent), "executor": executor}
-            for timer in ask("golden", str(path))["tasks"]:
-                traced.append(timer | of | {"response_max_ms": timer["response_ms"]["max"]})
         counted = read_rows(folder / "rclcpp_timers_only.csv")
         counted = [row | {"reached": row["released"], "skipped": row["dropped"]} for row in counted]
         # The authors' programs measure another response time, see the reference's README.
-        keys = itemgetter("utilisation_percent", "executor", "task")
-        worst = {keys(row): {"response_max_ms": row["response_max_ms"]} for row in traced}
-        of_real = {"study": "timers", "source": REAL, "repetition": 0}
-        for row in [*counted, *(row for row in traced if row["executor"] == COUNTED_IN_TRACES)]:
-            ran = {"ran": row["reached"] - row["skipped"]}
-            self.timers.append(row | worst.get(keys(row), {"response_max_ms": None}) | of_real | ran)
+        worst: dict[tuple[int, str, str], float] = {}
+        for path in sorted((folder / "traces").glob("timers_only_*.csv")):
+            percent, executor = path.stem.removeprefix("timers_only_").split(".")
+            for timer in ask("golden", str(path))["tasks"]:
+                worst[int(percent), executor, timer["task"]] = timer["response_ms"]["max"]
+                if executor == COUNTED_IN_TRACES:
+                    counted.append(timer | {"utilisation_percent": int(percent), "executor": executor})
+        for row in counted:
+            largest = worst.get((row["utilisation_percent"], row["executor"], row["task"]))
+            more = {"ran": row["reached"] - row["skipped"], "response_max_ms": largest}
+            self.timers.append(row | {"study": "timers", "source": REAL, "repetition": 0} | more)
         autoware = read_rows(folder / "rclcpp_autoware.csv")
         self.hot_path = {r["executor"]: r for r in autoware if r["crunch_limit"] == AUTOWARE_CRUNCH_LIMIT}
 
@@ -105,9 +103,8 @@ class Evidence:
     def timer_runs(self, study: str = "timers") -> TimerRuns:
         """The timers-only runs of a study; `timers` includes the real stack as a source."""
         counts = [*self.timers, *self.reference.timers]
-        return TimerRuns(
-            *([row for row in rows if row["study"] == study] for rows in (counts, self.responses))
-        )
+        of_study = ([row for row in rows if row["study"] == study] for rows in (counts, self.responses))
+        return TimerRuns(*of_study)
 
     @property
     def live_cells(self) -> list[dict[str, Any]]:
@@ -176,14 +173,12 @@ def collect(output: Path, cells: Iterable[Cell]) -> Evidence:
             counts = run.timer_counts()
             timers = grouped(counts, "task")
             made.timers += [row | keys | {"repetition": cell.repetition} for row in counts]
-            made.responses += [
-                r | keys | {"task": r["name"]} for r in run.samples("responses") if r["name"] in timers
-            ]
+            responses = (row for row in run.samples("responses") if row["name"] in timers)
+            made.responses += [row | keys | {"task": row["name"]} for row in responses]
         else:
             keys["load_percent"] = cell.load_percent
-            made.hot_path += [
-                r | keys | {"executor": base_name(r["executor"])} for r in run.samples("chains")
-            ]
+            for row in run.samples("chains"):
+                made.hot_path.append(row | keys | {"executor": base_name(row["executor"])})
     return made
 
 
