@@ -24,10 +24,8 @@ class Live(unittest.TestCase):
 
     def test_a_cell_stores_its_disturbances(self) -> None:
         output = self.folder()
-        mode = cells.MODES["quick"]
-        cell = next(
-            c for c in cells.cells_of("live", mode) if c.study == "timers" and c.executors == ("rm-ro",)
-        )
+        every = cells.cells_of("live", cells.MODES["quick"])
+        cell = next(c for c in every if c.study == "timers" and c.executors == ("rm-ro",))
         cell = dataclasses.replace(cell, duration_s=0.5)
         cpu = max(os.sched_getaffinity(0))
         runner = runner_of.Runner(HOTPATH, "a build", output, [cpu])
