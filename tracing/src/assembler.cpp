@@ -14,53 +14,24 @@ constexpr std::size_t kMostNested = 16;
 }  // namespace
 
 void Assembler::event(const Event& e) {
-  using K = EventKind;
+#define HOTPATH_HANDLER(kind, ...) &Assembler::on_##kind,
+  static constexpr void (Assembler::*kHandlers[])(const Event&) = {HOTPATH_EVENTS(HOTPATH_HANDLER)};
+#undef HOTPATH_HANDLER
   ++events_;
-  if (format_of(e.kind).role == EventRole::describes) {
-    if (!full()) return describe(e);
+  if (format_of(e.kind).role == EventRole::describes && full()) {
     ++system_.ignored;
     return;
   }
-  const Handle first{e.process, e.number[0]};
-  switch (e.kind) {
-    case K::callback_start:
-      return start(e);
-    case K::callback_end:
-      return end(e);
-    case K::rcl_publish:
-      return publish(e, false);
-    case K::intra_publish:
-      return publish(e, true);
-    case K::rmw_publish:
-      if (const ThreadState& thread = thread_of(e); thread.message == e.number[1]) stamp(thread, e.number[2]);
-      return;
-    case K::bind_stamp:
-      return stamp(thread_of(e), e.number[1]);
-    case K::rmw_take:
-      if (e.number[3] != 0) take(e, find(rmw_subscriptions_, first, kNone), e.number[2]);
-      return;
-    case K::dispatch_subscription_callback:
-      return take(e, find(callbacks_, first, kNone), e.number[1]);
-    case K::ring_buffer_enqueue:
-      return enqueue(e);
-    case K::ring_buffer_dequeue:
-      return dequeue(e);
-    case K::get_next_ready:
-      return ask(e);
-    case K::execute:
-      return announce(e);
-    case K::wait_for_work:
-      announce(e);
-      return begin_wait(e);
-    case K::executor_job:
-    case K::executor_end:
-      return state(e);
-    default:
-      return;
-  }
+  (this->*kHandlers[static_cast<std::size_t>(e.kind)])(e);
 }
 
-void Assembler::start(const Event& e) {
+// Other programs read these.
+void Assembler::on_rclcpp_publish(const Event&) {}
+void Assembler::on_rcl_take(const Event&) {}
+void Assembler::on_rclcpp_take(const Event&) {}
+void Assembler::on_incident(const Event&) {}
+
+void Assembler::on_callback_start(const Event& e) {
   const Handle handle{e.process, e.number[0]};
   if (!callbacks_.contains(handle)) {
     if (bounded() && unknown_ == kMostUnknown) {
@@ -110,7 +81,7 @@ void Assembler::start(const Event& e) {
   sink_.started(job);
 }
 
-void Assembler::end(const Event& e) {
+void Assembler::on_callback_end(const Event& e) {
   ThreadState& thread = thread_of(e);
   const std::uint32_t callback_index = find(callbacks_, {e.process, e.number[0]}, kNone);
   const auto matches = [&](const Job& job) { return job.ref.callback == callback_index; };

@@ -10,69 +10,44 @@ namespace {
 /// 11 days. A timer of a longer period is never due, or its event is damaged.
 constexpr Duration kLongestPeriod = std::chrono::milliseconds(999'999'999);
 
-Endpoint::Kind kind_of(EventKind rmw) {
-  return rmw == EventKind::rmw_publisher_init ? Endpoint::Kind::publisher : Endpoint::Kind::subscription;
-}
-
 }  // namespace
 
-void Assembler::describe(const Event& e) {
-  const Handle first{e.process, e.number[0]}, second{e.process, e.number[1]};
-  using K = EventKind;
-  switch (e.kind) {
-    case K::rcl_init:
-      system_.rcl_version = e.text[0];
-      return;
-    case K::node_init:
-      return add_node(e);
-    case K::rmw_publisher_init:
-    case K::rmw_subscription_init:
-      endpoint(e, kind_of(e.kind), e.number[0]).id = {e.number[1], e.number[2]};
-      return;
-    case K::service_init:
-      endpoint(e, Endpoint::Kind::service, 0);
-      if (*e.text[0] != '\0') services_[first] = {find(nodes_, second, kNone), topic_named(e.text[0], true)};
-      return;
-    case K::client_init:
-      return add_client(e);
-    case K::publisher_init:
-      return add_publisher(e);
-    case K::subscription_init:
-      return add_subscription(e);
-    case K::rclcpp_subscription_init:
-      return add_rclcpp_subscription(second, find(subscriptions_, first, kNone));
-    case K::subscription_callback_added:
-      rclcpp_callbacks_[first] = e.number[1];
-      if (const auto s = find(rclcpp_subscriptions_, first, kNone); s != kNone) set_handle(second, s);
-      return;
-    case K::timer_init:
-      return add_timer(e);
-    case K::timer_callback_added:
-      return add_timer_callback(e);
-    case K::timer_link_node:
-      return link_timer(e);
-    case K::service_callback_added:
-      return add_service_callback(e);
-    case K::callback_register:
-      if (const std::uint32_t callback = find(callbacks_, first, kNone); callback != kNone)
-        system_.callbacks[callback].symbol = e.text[0];
-      return;
-    case K::executor_init:
-    case K::executor_callback:
-    case K::executor_priority:
-      return state(e);
-    case K::buffer_to_ipb:
-      ipb_of_buffer_[first] = e.number[1];
-      return;
-    case K::ipb_to_subscription:
-      subscription_of_ipb_[first] = e.number[1];
-      return;
-    default:
-      return;
-  }
+void Assembler::on_rcl_init(const Event& e) { system_.rcl_version = e.text[0]; }
+
+void Assembler::on_rmw_publisher_init(const Event& e) {
+  endpoint(e, Endpoint::Kind::publisher, e.number[0]).id = {e.number[1], e.number[2]};
 }
 
-void Assembler::add_node(const Event& e) {
+void Assembler::on_rmw_subscription_init(const Event& e) {
+  endpoint(e, Endpoint::Kind::subscription, e.number[0]).id = {e.number[1], e.number[2]};
+}
+
+void Assembler::on_service_init(const Event& e) {
+  endpoint(e, Endpoint::Kind::service, 0);
+  if (*e.text[0] == '\0') return;
+  services_[{e.process, e.number[0]}] = {find(nodes_, {e.process, e.number[1]}, kNone),
+                                         topic_named(e.text[0], true)};
+}
+
+void Assembler::on_subscription_callback_added(const Event& e) {
+  const Handle rclcpp{e.process, e.number[0]};
+  rclcpp_callbacks_[rclcpp] = e.number[1];
+  if (const auto s = find(rclcpp_subscriptions_, rclcpp, kNone); s != kNone)
+    set_handle({e.process, e.number[1]}, s);
+}
+
+void Assembler::on_callback_register(const Event& e) {
+  if (const std::uint32_t callback = find(callbacks_, {e.process, e.number[0]}, kNone); callback != kNone)
+    system_.callbacks[callback].symbol = e.text[0];
+}
+
+void Assembler::on_buffer_to_ipb(const Event& e) { ipb_of_buffer_[{e.process, e.number[0]}] = e.number[1]; }
+
+void Assembler::on_ipb_to_subscription(const Event& e) {
+  subscription_of_ipb_[{e.process, e.number[0]}] = e.number[1];
+}
+
+void Assembler::on_node_init(const Event& e) {
   std::string name = e.text[1];
   if (!name.ends_with('/')) name += '/';
   nodes_[{e.process, e.number[0]}] = static_cast<std::uint32_t>(system_.nodes.size());
@@ -80,7 +55,7 @@ void Assembler::add_node(const Event& e) {
   system_.processes.insert(e.process);
 }
 
-void Assembler::add_publisher(const Event& e) {
+void Assembler::on_publisher_init(const Event& e) {
   Endpoint& publisher = endpoint(e, Endpoint::Kind::publisher, e.number[2]);
   publisher.topic = topic_named(e.text[0]);
   publisher.node = find(nodes_, {e.process, e.number[1]}, kNone);
@@ -88,7 +63,7 @@ void Assembler::add_publisher(const Event& e) {
   endpoints_.erase({e.process, e.number[2]});
 }
 
-void Assembler::add_subscription(const Event& e) {
+void Assembler::on_subscription_init(const Event& e) {
   const std::uint32_t index = add_callback(CallbackKind::subscription);
   Callback& callback = system_.callbacks[index];
   callback.node = find(nodes_, {e.process, e.number[1]}, kNone);
@@ -126,11 +101,14 @@ void Assembler::end_subscriptions(Topic& topic, const Ended& ended) {
 }
 
 /// rclcpp adds the callback of an intra-process subscription first, and then says whose it is.
-void Assembler::add_rclcpp_subscription(Handle rclcpp, std::uint32_t subscription) {
+void Assembler::on_rclcpp_subscription_init(const Event& e) {
+  const Handle rclcpp{e.process, e.number[1]};
+  const std::uint32_t subscription = find(subscriptions_, {e.process, e.number[0]}, kNone);
   rclcpp_subscriptions_[rclcpp] = subscription;
-  if (subscription != kNone) system_.callbacks[subscription].of_action = false;
+  if (subscription == kNone) return;
+  system_.callbacks[subscription].of_action = false;
   const std::uint64_t callback = find(rclcpp_callbacks_, rclcpp, std::uint64_t{0});
-  if (callback != 0 && subscription != kNone) set_handle({rclcpp.process, callback}, subscription);
+  if (callback != 0) set_handle({e.process, callback}, subscription);
 }
 
 Endpoint& Assembler::endpoint(const Event& e, Endpoint::Kind kind, std::uint64_t rmw_handle) {
@@ -145,14 +123,14 @@ Endpoint& Assembler::endpoint(const Event& e, Endpoint::Kind kind, std::uint64_t
   return added;
 }
 
-void Assembler::add_timer(const Event& e) {
+void Assembler::on_timer_init(const Event& e) {
   Timer& timer = timers_[{e.process, e.number[0]}];
   if (bounded() && timer.callback != kNone)  // whose address is free again
     ended_timers_[{system_.callbacks[timer.callback].node, timer.period}].push_back(timer.callback);
   timer = {Duration(static_cast<std::int64_t>(e.number[1])), e.at, 0, kNone};
 }
 
-void Assembler::add_timer_callback(const Event& e) {
+void Assembler::on_timer_callback_added(const Event& e) {
   Timer& timer = timers_[{e.process, e.number[0]}];
   if (timer.period <= Duration::zero() || timer.period > kLongestPeriod) return;
   timer.address = e.number[1];
@@ -168,7 +146,7 @@ void Assembler::begin_timer(Handle callback, Timer& timer, std::uint32_t index) 
 
 /// A node may create timers for ever, as tf2's MessageFilter does for each message that waits. One
 /// that follows another of its node and period is the same callback, or else memory would grow.
-void Assembler::link_timer(const Event& e) {
+void Assembler::on_timer_link_node(const Event& e) {
   const auto at = timers_.find({e.process, e.number[0]});
   if (at == timers_.end()) return;
   Timer& timer = at->second;
@@ -182,7 +160,7 @@ void Assembler::link_timer(const Event& e) {
   if (timer.callback != kNone) system_.callbacks[timer.callback].node = node;
 }
 
-void Assembler::add_service_callback(const Event& e) {
+void Assembler::on_service_callback_added(const Event& e) {
   const std::uint32_t index = add_callback(CallbackKind::service);
   const Service service = find(services_, {e.process, e.number[0]}, {});
   system_.callbacks[index].node = service.node;

@@ -5,6 +5,23 @@
 
 namespace hotpath::tracing {
 
+void Assembler::on_rcl_publish(const Event& e) { publish(e, false); }
+void Assembler::on_intra_publish(const Event& e) { publish(e, true); }
+
+void Assembler::on_rmw_publish(const Event& e) {
+  if (const ThreadState& thread = thread_of(e); thread.message == e.number[1]) stamp(thread, e.number[2]);
+}
+
+void Assembler::on_bind_stamp(const Event& e) { stamp(thread_of(e), e.number[1]); }
+
+void Assembler::on_rmw_take(const Event& e) {
+  if (e.number[3] != 0) take(e, find(rmw_subscriptions_, {e.process, e.number[0]}, kNone), e.number[2]);
+}
+
+void Assembler::on_dispatch_subscription_callback(const Event& e) {
+  take(e, find(callbacks_, {e.process, e.number[0]}, kNone), e.number[1]);
+}
+
 void Assembler::publish(const Event& e, bool intra_process) {
   const std::uint32_t publisher = find(publishers_, {e.process, e.number[0]}, kNone);
   if (publisher == kNone) return;
@@ -117,7 +134,7 @@ Sample Assembler::stranger(std::uint32_t subscription, Time published) {
   return {callback_states_[subscription].samples++, published, {}};
 }
 
-void Assembler::enqueue(const Event& e) {
+void Assembler::on_ring_buffer_enqueue(const Event& e) {
   const std::uint32_t subscription = subscription_behind({e.process, e.number[0]});
   ThreadState& thread = thread_of(e);
   if (subscription == kNone || thread.topic != system_.callbacks[subscription].topic) return;
@@ -126,7 +143,7 @@ void Assembler::enqueue(const Event& e) {
   if (std::ranges::count(thread.reached, subscription) == 0) thread.reached.push_back(subscription);
 }
 
-void Assembler::dequeue(const Event& e) {
+void Assembler::on_ring_buffer_dequeue(const Event& e) {
   const std::uint32_t subscription = subscription_behind({e.process, e.number[0]});
   if (subscription == kNone) return;
   system_.callbacks[subscription].intra_process = true;

@@ -7,30 +7,32 @@
 
 namespace hotpath::tracing {
 
-void Assembler::state(const Event& e) {
-  const Handle handle{e.process, e.number[0]};
-  if (e.kind == EventKind::executor_init) {
-    executors_[handle] = static_cast<std::uint32_t>(system_.stated_executors.size());
-    StatedExecutor& stated = system_.stated_executors.emplace_back();
-    stated.process = e.process;
-    stated.name = e.text[0];
-    return;
-  }
-  const std::uint32_t index = find(executors_, handle, kNone);
-  if (index == kNone) return;  // recording began after its creation
-  if (e.kind == EventKind::executor_callback) return state_callback(e, index);
-  if (e.kind == EventKind::executor_job) return state_job(e, index);
-  StatedExecutor& stated = system_.stated_executors[index];
-  if (e.kind == EventKind::executor_end) {
-    stated.states_ends = true;
-    return announce(e);
-  }
-  const auto callback = callback_of_task_.find({index, e.number[1]});
-  if (callback != callback_of_task_.end())
-    stated.levels[callback->second] = static_cast<std::int64_t>(e.number[2]);
+// An executor is not known if recording began after its creation.
+
+void Assembler::on_executor_init(const Event& e) {
+  executors_[{e.process, e.number[0]}] = static_cast<std::uint32_t>(system_.stated_executors.size());
+  StatedExecutor& stated = system_.stated_executors.emplace_back();
+  stated.process = e.process;
+  stated.name = e.text[0];
 }
 
-void Assembler::state_callback(const Event& e, std::uint32_t executor) {
+void Assembler::on_executor_priority(const Event& e) {
+  const std::uint32_t executor = find(executors_, {e.process, e.number[0]}, kNone);
+  const auto callback = callback_of_task_.find({executor, e.number[1]});
+  if (callback == callback_of_task_.end()) return;
+  system_.stated_executors[executor].levels[callback->second] = static_cast<std::int64_t>(e.number[2]);
+}
+
+void Assembler::on_executor_end(const Event& e) {
+  const std::uint32_t executor = find(executors_, {e.process, e.number[0]}, kNone);
+  if (executor == kNone) return;
+  system_.stated_executors[executor].states_ends = true;
+  announce(e);
+}
+
+void Assembler::on_executor_callback(const Event& e) {
+  const std::uint32_t executor = find(executors_, {e.process, e.number[0]}, kNone);
+  if (executor == kNone) return;
   const Handle entity{e.process, e.number[2]};
   const std::string_view kind = e.text[0];
   std::uint32_t callback = kNone;
@@ -52,7 +54,9 @@ void Assembler::state_callback(const Event& e, std::uint32_t executor) {
   if (callback != kNone) callback_of_task_[task] = callback;
 }
 
-void Assembler::state_job(const Event& e, std::uint32_t executor) {
+void Assembler::on_executor_job(const Event& e) {
+  const std::uint32_t executor = find(executors_, {e.process, e.number[0]}, kNone);
+  if (executor == kNone) return;
   ThreadState& thread = thread_of(e);
   system_.stated_executors[executor].threads.insert(thread.index);
   // Without events of their ends (older versions), jobs of clients and waitables do not count.

@@ -15,7 +15,7 @@ constexpr const char* kPseudoNode = "/clients_and_waitables";
 
 }  // namespace
 
-void Assembler::add_client(const Event& e) {
+void Assembler::on_client_init(const Event& e) {
   endpoint(e, Endpoint::Kind::client, 0);
   if (*e.text[0] == '\0') return;
   const auto index = static_cast<std::uint32_t>(system_.clients.size());
@@ -27,7 +27,7 @@ void Assembler::add_client(const Event& e) {
 }
 
 /// A wait-set executor asks for the next callback.
-void Assembler::ask(const Event& e) {
+void Assembler::on_get_next_ready(const Event& e) {
   ThreadState& thread = thread_of(e);
   thread.waits = false;
   const bool is_long = thread.open.empty() && thread.asked && e.at - *thread.asked > kLeastUnannounced;
@@ -47,7 +47,8 @@ void Assembler::ask(const Event& e) {
 }
 
 /// The mutex of an executor with several threads lets one of them wait at a time.
-void Assembler::begin_wait(const Event& e) {
+void Assembler::on_wait_for_work(const Event& e) {
+  announce(e);
   ThreadState& thread = thread_of(e);
   thread.waited = thread.waits = true;
   const bool is_new = system_.threads[thread.index].waits++ == 0;
@@ -70,6 +71,8 @@ void Assembler::announce(const Event& e) {
   give_up(thread.open, 1);
   close(e, thread);
 }
+
+void Assembler::on_execute(const Event& e) { announce(e); }
 
 /// Begins a job at the thread's last question.
 void Assembler::begin_unannounced(const Event& e, ThreadState& thread) {

@@ -128,21 +128,17 @@ class Assembler {
     bool intra_published = false;                    ///< The same call may also publish between processes.
   };
 
-  // entities.cpp: events that create nodes, topics and callbacks.
-  void describe(const Event& e);
-  void add_node(const Event& e);
-  void add_publisher(const Event& e);
-  void add_subscription(const Event& e);
+  /// The handler of each event of the table.
+#define HOTPATH_HANDLER(kind, ...) void on_##kind(const Event& e);
+  HOTPATH_EVENTS(HOTPATH_HANDLER)
+#undef HOTPATH_HANDLER
+
+  // entities.cpp: nodes, topics and callbacks.
   /// Subscriptions that the new one shows to have ended, surely or perhaps.
   void replace_subscriptions(const Event& e, const Callback& by);
-  void add_rclcpp_subscription(Handle rclcpp, std::uint32_t subscription);
   /// The endpoint behind the handle of the middleware (0: none), which is new or was created just before.
   Endpoint& endpoint(const Event& e, Endpoint::Kind kind, std::uint64_t rmw_handle);
-  void add_timer(const Event& e);
-  void add_timer_callback(const Event& e);
   void begin_timer(Handle callback, Timer& timer, std::uint32_t index);
-  void link_timer(const Event& e);
-  void add_service_callback(const Event& e);
   std::uint32_t add_callback(CallbackKind kind);
   void set_handle(Handle callback, std::uint32_t index);
   template <class Ended>
@@ -153,19 +149,10 @@ class Assembler {
   std::uint32_t topic_named(const std::string& name, bool of_service = false);
   ThreadState& thread_of(const Event& e);
 
-  // stated_executors.cpp: events of executors that describe themselves.
-  void state(const Event& e);
-  void state_callback(const Event& e, std::uint32_t executor);
-  void state_job(const Event& e, std::uint32_t executor);
-
-  void start(const Event& e);
-  void end(const Event& e);
   void close(const Event& e, ThreadState& thread);
   void give_up(std::vector<Job>& open, std::size_t from);
 
   // unannounced.cpp: jobs of clients and waitables.
-  void add_client(const Event& e);
-  void ask(const Event& e);
   void announce(const Event& e);
   void begin_unannounced(const Event& e, ThreadState& thread);
   void begin_unannounced(ThreadState& thread, std::uint32_t callback, Time at, std::uint64_t event,
@@ -174,19 +161,16 @@ class Assembler {
   std::uint32_t pseudo_node(std::uint32_t process);
   std::uint32_t unannounced_callback(std::uint32_t node, const std::string& topic);
   void respond(const Event& e, Job& job);
-  void begin_wait(const Event& e);
   std::optional<Response> take_response(std::uint32_t process, std::uint32_t client,
                                         const std::set<std::uint32_t>& apart = {});
 
-  // samples.cpp: events that match the samples of jobs with publications.
+  // samples.cpp: matches the samples of jobs with publications.
   void publish(const Event& e, bool intra_process);
   void deliver(const Event& e, std::uint32_t subscription, const ThreadState& thread,
                std::optional<std::uint64_t> slot);
   void overflow(std::uint32_t subscription);
   void stamp(const ThreadState& thread, std::uint64_t source_ns);
   void take(const Event& e, std::uint32_t subscription, std::uint64_t source_ns);
-  void enqueue(const Event& e);
-  void dequeue(const Event& e);
   void hold(ThreadState& thread, std::uint32_t subscription, const std::deque<Unread>::iterator& sample);
   /// A sample without a traced publication.
   Sample stranger(std::uint32_t subscription, Time published);
