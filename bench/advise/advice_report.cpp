@@ -293,7 +293,7 @@ json row_json(const Advice& advice, const Prediction& p) {
   for (const results::TaskSummary& t : p.summary.tasks) {
     if (std::isfinite(t.period_range_ms()))
       row["periods_ms"][t.task] = {
-          {"period", to_ms(t.period)}, {"least", t.period_ms->min}, {"greatest", t.period_ms->max}};
+          {"period", to_ms(t.period)}, {"least", t.period_ms.min}, {"greatest", t.period_ms.max}};
   }
   if (advice.graph.chains.empty()) return row;
   const results::LatencySummary& l =

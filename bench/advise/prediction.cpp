@@ -12,42 +12,40 @@
 #include "program/interrupt.hpp"
 #include "program/parallel.hpp"
 #include "program/text.hpp"
+#include "results/executor_measures.hpp"
 #include "setup/deployed_system.hpp"
 #include "simulated/repetition.hpp"
-#include "simulated/run_totals.hpp"
 
 namespace hotpath::advise {
 
 namespace {
 
-using Totals = std::vector<std::unique_ptr<simulated::RunTotals>>;  // by draw
-
 /// Simulates one more draw. Throws SimulationError if the candidate cannot keep up.
-void add_draw(Prediction& p, Totals& totals, const setup::CommonOptions& options, std::uint32_t d) {
+void add_draw(Prediction& p, const setup::CommonOptions& options, std::uint32_t d) {
   const Candidate& candidate = *p.candidate;
   SimulatedDraw drawn = simulate_draw(candidate, options, d);
   Trace& trace = drawn.repetition.trace;
   trace.repetition = d;
-  totals.push_back(std::make_unique<simulated::RunTotals>(
-      candidate.graph, candidate.tasks, Time{} + setup::seconds(options.warm_up_s), trace.end));
+  results::JobMeasures measures(candidate.tasks.set, Time{} + setup::seconds(options.warm_up_s), trace.end,
+                                false);
   Duration work{};
   for (const JobRecord& r : trace.jobs) {
-    totals.back()->ended(r);
+    measures.add(r);
     // A job that waits for others of its set takes no time.
     if (r.outcome == Outcome::ran && r.finish > r.start) work += drawn.times->of(r.job);
   }
   p.cores_used += to_ms(work);
-  std::exchange(trace.jobs, {});  // frees the memory; chain records and totals remain
+  std::exchange(trace.jobs, {});  // frees the memory; chain records and measures remain
+  drawn.repetition.measures = measures.result();
   p.draws.push_back(std::move(drawn.repetition));
 }
 
-void summarise(Prediction& p, const Totals& totals, const setup::CommonOptions& options) {
+void summarise(Prediction& p, const setup::CommonOptions& options) {
   p.cores_used /= 1e3 * static_cast<double>(p.draws.size()) * (options.warm_up_s + options.duration_s);
   const Candidate& candidate = *p.candidate;
   p.summary = std::move(results::summarize(candidate.tasks.set, {{candidate.name, p.draws}},
                                            setup::summary_options(options, candidate.graph))
                             .executors.front());
-  for (std::size_t d = 0; d < totals.size(); ++d) totals[d]->add_to(p.summary, d);
   const std::vector<double> intended = setup::intended_losses(candidate.graph, candidate.tasks);
   for (TaskId id = 0; id < intended.size(); ++id) {
     const TaskAccount& account = p.summary.tasks[id].account;
@@ -112,7 +110,6 @@ std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const 
            program::interrupted() != 0;
   };
   std::vector<Prediction> predictions(candidates.size());
-  std::vector<Totals> totals(candidates.size());
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     predictions[c].candidate = &candidates[c];
     predictions[c].overload = candidates[c].load.overload;
@@ -121,7 +118,7 @@ std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const 
     program::for_each_index(candidates.size(), options.threads, [&](std::size_t c) {
       Prediction& p = predictions[c];
       try {
-        if (p.keeps_up()) add_draw(p, totals[c], options, d);
+        if (p.keeps_up()) add_draw(p, options, d);
       } catch (const SimulationError& error) {
         p.overload = error.what();
       }
@@ -130,7 +127,7 @@ std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const 
   }
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     if (!predictions[c].keeps_up()) continue;
-    summarise(predictions[c], totals[c], options);
+    summarise(predictions[c], options);
     add_bounds(predictions[c], objective, options);
   }
   std::ranges::stable_sort(predictions, [&](const Prediction& a, const Prediction& b) {

@@ -24,12 +24,6 @@ LatencySummary latency_summary(const RepeatedSamples& samples, const BootstrapOp
   return summary;
 }
 
-/// The quantiles of the samples, which are freed.
-Quantiles quantiles_of(std::deque<double>& samples) {
-  const std::deque<double> taken = std::exchange(samples, {});
-  return quantiles({taken.begin(), taken.end()});
-}
-
 double greatest(const std::vector<double>& samples) {
   return samples.empty() ? kNoValue : std::ranges::max(samples);
 }
@@ -71,20 +65,50 @@ std::vector<std::string> disturbances(const ProcessUsage& usage) {
   return marks;
 }
 
-ExecutorMeasures::ExecutorMeasures(std::string executor, const TaskSet& set, const SummaryOptions& options)
+JobMeasures::JobMeasures(const TaskSet& set, Time counted_from, Time end, bool keeps_samples)
     : set_(set),
-      options_(options),
-      timers_only_(timers_only(set)),
-      responses_(set.size()),
-      authors_(set.size()),
-      periods_(set.size()),
-      latencies_(options.chains.size()) {
+      counted_from_(counted_from),
+      end_(end),
+      tasks_(set.size()),
+      starts_(set.size()),
+      counted_(set.size()) {
+  if (keeps_samples && timers_only(set)) next_calls_.emplace(set);
+  if (keeps_samples) return;
+  for (TaskMeasures& task : tasks_)
+    for (Distribution* const of : task.distributions()) of->samples.reset();
+}
+
+void JobMeasures::add(const JobRecord& r) {
+  const Task& task = set_[r.job.task];
+  TaskMeasures& measures = tasks_[r.job.task];
+  measures.add(task, r, counted_from_, end_);
+  const bool counted = counts(r, counted_from_);
+  if (task.kind == TaskKind::timer && r.outcome == Outcome::ran)
+    starts_[r.job.task].add(r, counted, [&](Duration period) { measures.add_period(task, period); });
+  if (!next_calls_) return;
+  next_calls_->add(r);
+  if (counted) counted_[r.job.task].emplace_back(r.start, r.finish);
+}
+
+std::vector<TaskMeasures> JobMeasures::result() {
+  if (next_calls_) next_calls_->sort();
+  for (TaskId id = 0; id < set_.size(); ++id) {
+    starts_[id].end([&](Duration period) { tasks_[id].add_period(set_[id], period); });
+    for (const auto& [start, finish] : counted_[id])
+      tasks_[id].response_authors_ms.add(response_authors(set_[id], next_calls_->at(id, start), finish));
+  }
+  return std::move(tasks_);
+}
+
+ExecutorMeasures::ExecutorMeasures(std::string executor, const TaskSet& set, const SummaryOptions& options)
+    : set_(set), options_(options), latencies_(options.chains.size()) {
   summary_.executor = std::move(executor);
   for (const std::string& chain : options.chains) summary_.chains.emplace_back().chain = chain;
   for (const Task& task : set.tasks) {
     TaskSummary& t = summary_.tasks.emplace_back();
     t.task = task.name;
     t.kind = task.kind;
+    t.timers_only = timers_only(set);
     t.period = task.period;
     t.deadline = task.deadline;
   }
@@ -92,50 +116,31 @@ ExecutorMeasures::ExecutorMeasures(std::string executor, const TaskSet& set, con
 
 void ExecutorMeasures::begin(Time epoch, Time end) {
   length_ += end - epoch;
-  current_.emplace(Current{epoch + options_.warm_up, end, std::vector<StartDistances>(set_.size()), {}, {}});
-  current_->counted.resize(set_.size());
-  if (timers_only_) current_->next_calls.emplace(set_);
-}
-
-void ExecutorMeasures::add(const JobRecord& r) {
-  const TaskId id = r.job.task;
-  const Time counted_from = current_->counted_from;
-  TaskSummary& task = summary_.tasks[id];
-  task.add(set_[id], r, counted_from, current_->end);
-  if (current_->next_calls) current_->next_calls->add(r);
-  const bool counted = counts(r, counted_from);
-  if (task.kind == TaskKind::timer && r.outcome == Outcome::ran)
-    current_->starts[id].add(r, counted, [&](Duration period) { periods_[id].push_back(period); });
-  if (!counted) return;
-  responses_[id].push_back(to_ms(r.response_time()));
-  if (current_->next_calls) current_->counted[id].emplace_back(r.start, r.finish);
+  current_.emplace(set_, epoch + options_.warm_up, end);
 }
 
 void ExecutorMeasures::end(std::uint32_t repetition, const ProcessUsage& usage, std::uint64_t lost_records,
-                           const std::vector<TaskAccount>& accounts) {
-  if (current_->next_calls) current_->next_calls->sort();
-  for (TaskId id = 0; id < set_.size(); ++id) {
-    current_->starts[id].end([&](Duration period) { periods_[id].push_back(period); });
-    for (const auto& [start, finish] : current_->counted[id])
-      authors_[id].push_back(to_ms(response_authors(set_[id], current_->next_calls->at(id, start), finish)));
-  }
+                           const std::vector<TaskAccount>& accounts, std::vector<TaskMeasures> measures) {
+  std::vector<TaskMeasures> added = current_->result();
+  if (measures.empty()) measures = std::move(added);
   current_.reset();
   summary_.usage += usage;
   summary_.lost_records += lost_records;
   if (std::vector<std::string> marks = disturbances(usage); !marks.empty())
     summary_.disturbed.push_back({repetition, std::move(marks)});
-  RepetitionMeasures& measures = summary_.each.emplace_back();
-  measures.repetition = repetition;
-  measures.chains.resize(options_.chains.size());
-  std::uint64_t overruns = 0;
-  for (const TaskSummary& task : summary_.tasks) overruns += task.after_warm_up.deadline_overruns;
-  measures.deadline_overruns = overruns - std::exchange(overruns_before_, overruns);
+  RepetitionMeasures& each = summary_.each.emplace_back();
+  each.repetition = repetition;
+  each.chains.resize(options_.chains.size());
+  for (TaskId id = 0; id < set_.size(); ++id) {
+    each.deadline_overruns += measures[id].after_warm_up.deadline_overruns;
+    summary_.tasks[id].add(std::move(measures[id]));
+  }
   for (const TaskAccount& a : accounts) {
     auto& sum = summary_.tasks[a.task].account.count;
     std::ranges::transform(sum, a.count, sum.begin(), std::plus());
-    measures.skipped += a[Outcome::skipped];
-    measures.overwritten += a[Outcome::overwritten];
-    measures.never_ran += results::never_ran(a);
+    each.skipped += a[Outcome::skipped];
+    each.overwritten += a[Outcome::overwritten];
+    each.never_ran += never_ran(a);
     if (!a.balanced())
       summary_.unbalanced.push_back({repetition, set_[a.task].name, a.accounted(), a.expected});
   }
@@ -145,48 +150,35 @@ void ExecutorMeasures::add(std::uint32_t repetition, const ChainRecord& r) {
   Latencies& latencies = latencies_[r.chain][repetition];
   latencies.hot_path.push_back(to_ms(r.hot_path_latency));
   if (r.end_to_end_latency.count() >= 0) latencies.end_to_end.push_back(to_ms(r.end_to_end_latency));
-  if (r.disparity.count() >= 0) latencies.disparity.push_back(to_ms(r.disparity));
   if (r.finish != kNever) latencies.finishes.push_back(r.finish);
-  summary_.chains[r.chain].drops += r.dropped;
+  summary_.chains[r.chain].add(r);
 }
 
 void ExecutorMeasures::finish_chain(std::size_t chain) {
   std::vector<std::vector<double>> hot_path, end_to_end;  // by repetition
-  std::vector<double> intervals, disparities;
+  ChainSummary& summary = summary_.chains[chain];
   for (auto& [repetition, of] : latencies_[chain]) {
     std::ranges::find(summary_.each, repetition, &RepetitionMeasures::repetition)->chains[chain] = {
         of.hot_path.size(), greatest(of.hot_path), greatest(of.end_to_end)};
     hot_path.push_back(std::move(of.hot_path));
     end_to_end.push_back(std::move(of.end_to_end));
-    std::ranges::copy(of.disparity, std::back_inserter(disparities));
     std::ranges::sort(of.finishes);
     for (std::size_t k = 1; k < of.finishes.size(); ++k)
-      intervals.push_back(to_ms(of.finishes[k] - of.finishes[k - 1]));
+      summary.interval_ms.add(of.finishes[k] - of.finishes[k - 1]);
   }
   const ChainSamples& samples = samples_.emplace_back(
       ChainSamples{RepeatedSamples(std::move(hot_path)), RepeatedSamples(std::move(end_to_end))});
-  ChainSummary& summary = summary_.chains[chain];
   summary.hot_path = latency_summary(samples.hot_path, options_.bootstrap);
   summary.end_to_end = latency_summary(samples.end_to_end, options_.bootstrap);
-  summary.interval_ms = quantiles(std::move(intervals));
-  summary.disparity_ms = quantiles(std::move(disparities));
+  summary.interval_ms.settle();
+  summary.disparity_ms.settle();
 }
 
 void ExecutorMeasures::finish_task(TaskId id) {
   TaskSummary& task = summary_.tasks[id];
   const double jobs = static_cast<double>(task.account[Outcome::ran]);
   task.busy_share = jobs * to_ms(set_[id].wcet) / std::max(to_ms(length_), 1e-9);
-  task.response_ms = quantiles_of(responses_[id]);
-  if (timers_only_) task.response_authors_ms = quantiles_of(authors_[id]);
-  if (task.kind == TaskKind::timer) {
-    std::vector<double> periods, deviations;
-    for (const Duration period : std::exchange(periods_[id], {})) {
-      periods.push_back(to_ms(period));
-      deviations.push_back(to_ms(period_deviation(set_[id], period)));
-    }
-    task.period_ms = quantiles(std::move(periods));
-    task.period_deviation_ms = quantiles(std::move(deviations));
-  }
+  for (Distribution* const of : task.distributions()) of->settle();
   summary_.executed += task.account[Outcome::ran];
   summary_.skipped += task.account[Outcome::skipped];
   summary_.overwritten += task.account[Outcome::overwritten];
@@ -235,10 +227,10 @@ Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs, con
   all.reserve(runs.size());
   for (const ExecutorRuns& of_executor : runs) {
     ExecutorMeasures& measures = all.emplace_back(of_executor.executor, set, options);
-    for (const auto& [trace, usage, accounts] : of_executor.repetitions) {
+    for (const auto& [trace, usage, accounts, of_jobs] : of_executor.repetitions) {
       measures.begin(trace.epoch, trace.end);
       for (const JobRecord& r : trace.jobs) measures.add(r);
-      measures.end(trace.repetition, usage, trace.lost_records, accounts);
+      measures.end(trace.repetition, usage, trace.lost_records, accounts, of_jobs);
       for (const ChainRecord& r : trace.chains) measures.add(trace.repetition, r);
     }
   }

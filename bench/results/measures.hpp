@@ -2,13 +2,18 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
+#include "hotpath/analysis/statistics.hpp"
 #include "hotpath/core/trace.hpp"
 #include "program/json_record.hpp"
 
@@ -128,16 +133,85 @@ void fields(auto& visit, const TimerCounts& part) {
   visit("dropped_percent", part.dropped_percent());
 }
 
-/// The measures of a task's jobs that need no samples.
-struct TaskTotals {
-  TimerCounts after_warm_up;  ///< Timers.
-  Duration longest_wait{};    ///< wait_of() of its jobs.
+/// Samples in milliseconds and, after settle(), their quantiles.
+struct Distribution : Quantiles {
+  /// None: not kept; then there are only their number, mean and extremes.
+  std::optional<std::deque<double>> samples = std::deque<double>();
+  double sum_ms = 0;  ///< Of samples that were not kept.
 
-  void add(const Task& task, const JobRecord& r, Time counted_from, Time end) {
-    longest_wait = std::max(longest_wait, wait_of(r, counted_from, end));
-    if (task.kind == TaskKind::timer) after_warm_up.add(task, r, counted_from, end);
+  using Quantiles::operator=;
+  void add(Duration sample) {
+    const double ms = to_ms(sample);
+    if (samples) return samples->push_back(ms);
+    ++n;
+    if (!(ms >= min)) min = ms;  // also if there was none
+    if (!(ms <= max)) max = ms;
+    sum_ms += ms;
+  }
+  /// Adds the samples of a later repetition.
+  void add(Distribution&& later) {
+    if (later.samples) {
+      if (samples->empty()) samples->swap(*later.samples);
+      samples->insert(samples->end(), later.samples->begin(), later.samples->end());
+    }
+    if (later.n == 0) return;
+    sum_ms = later.sum_ms + (n > 0 ? mean * static_cast<double>(n) : 0);
+    n += later.n;
+    min = std::fmin(min, later.min);
+    max = std::fmax(max, later.max);
+    mean = sum_ms / static_cast<double>(n);
+  }
+  void settle() {
+    if (samples && !samples->empty()) *this = quantiles({samples->begin(), samples->end()});
+    samples.reset();
   }
 };
+
+/// The measures of a task's jobs.
+struct TaskMeasures {
+  TimerCounts after_warm_up;  ///< Timers.
+  Duration longest_wait{};    ///< wait_of() of its jobs.
+  Distribution response_ms;
+  /// Response time as the paper's authors measure it (their sensor.hpp): finish minus the timer's
+  /// next call as read at the start, plus its period. Only for sets without subscriptions, where
+  /// the trace determines it.
+  Distribution response_authors_ms;
+  /// Timers: time between the starts of consecutive counted jobs. Upstream divides it by the
+  /// difference of the message numbers, which is 1 between executed jobs, so a skipped timestamp
+  /// doubles the period.
+  Distribution period_ms;
+  Distribution period_deviation_ms;  ///< Timers: period_deviation() of the same pairs of jobs.
+
+  [[nodiscard]] std::array<Distribution*, 4> distributions() {
+    return {&response_ms, &response_authors_ms, &period_ms, &period_deviation_ms};
+  }
+  /// Adds a job of a repetition that ends at `end`.
+  void add(const Task& task, const JobRecord& r, Time counted_from, Time end) {
+    longest_wait = std::max(longest_wait, wait_of(r, counted_from, end));
+    if (counts(r, counted_from)) response_ms.add(r.response_time());
+    if (task.kind == TaskKind::timer) after_warm_up.add(task, r, counted_from, end);
+  }
+  void add_period(const Task& timer, Duration period) {
+    period_ms.add(period);
+    period_deviation_ms.add(period_deviation(timer, period));
+  }
+  /// Adds those of a later repetition.
+  void add(TaskMeasures&& later) {
+    after_warm_up += later.after_warm_up;
+    longest_wait = std::max(longest_wait, later.longest_wait);
+    const auto all = distributions(), more = later.distributions();
+    for (std::size_t i = 0; i < all.size(); ++i) all[i]->add(std::move(*more[i]));
+  }
+};
+/// The keys in summary.json.
+void fields(auto& visit, const TaskMeasures& part, TaskKind kind, bool timers_only) {
+  HOTPATH_VISIT(response_ms)
+  visit.ms("longest_wait_ms", part.longest_wait);
+  if (timers_only) visit("response_authors_ms", part.response_authors_ms);
+  if (kind != TaskKind::timer) return;
+  HOTPATH_VISIT(period_ms, period_deviation_ms, after_warm_up)
+  visit("deadline_overruns", part.after_warm_up.deadline_overruns);
+}
 
 /// The counted chain records of a run. The same rule holds for jobs and chains: a sample belongs to
 /// the warm-up if its job's timestamp is before `counted_from`. A chain uses the sink's job. A record

@@ -19,12 +19,6 @@ std::size_t place_of(const StoredRun& run, std::string_view executor) {
   return static_cast<std::size_t>(std::ranges::find(run.executors(), executor) - run.executors().begin());
 }
 
-/// Whether the row belongs to the repetition, if there is one.
-bool is_of(const JobRow& row, const RepetitionRecord* repetition) {
-  return repetition != nullptr && row.repetition == repetition->repetition &&
-         row.executor == repetition->executor;
-}
-
 class StoredSummary {
  public:
   StoredSummary(const StoredRun& run, const SummaryOptions& options) : run_(run) {
@@ -32,7 +26,8 @@ class StoredSummary {
   }
 
   void add(const JobRow& row) {
-    if (!is_of(row, stored_)) begin(row);
+    if (stored_ == nullptr || row.repetition != stored_->repetition || row.executor != stored_->executor)
+      begin(row);
     accounts_[row.record.job.task].add(row.record);
     all_[executor_].add(row.record);
   }

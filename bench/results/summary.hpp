@@ -3,7 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
-#include <nlohmann/json_fwd.hpp>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,13 +15,28 @@
 #include "results/measures.hpp"
 #include "results/process_usage.hpp"
 
+// nlohmann's library finds these functions by argument-dependent lookup, also for elements of
+// vectors and optionals: each stands in the namespace of its type.
+namespace hotpath {
+
+inline void to_json(nlohmann::json& j, const Interval& interval) { j = {interval.low, interval.high}; }
+HOTPATH_FIELDS(Estimate, value, interval);
+HOTPATH_FIELDS(BootstrapOptions, confidence, resamples, seed);
+void fields(auto& visit, const Quantiles& part) {
+  HOTPATH_VISIT(n, mean)
+  for (const QuantileTraits& traits : kQuantiles) visit(traits.key, part.*traits.of);
+}
+
+}  // namespace hotpath
+
 namespace hotpath::results {
 
 /// One finished run of one executor.
 struct Repetition {
   Trace trace;
   ProcessUsage usage;
-  std::vector<TaskAccount> accounts;  ///< account(set, trace).
+  std::vector<TaskAccount> accounts;        ///< account(set, trace).
+  std::vector<TaskMeasures> measures = {};  ///< Of jobs that the trace does not keep, by task.
 };
 
 struct ExecutorRuns {
@@ -49,19 +64,43 @@ struct LatencySummary {
     return {quantiles.*of, Interval{low.*of, high.*of}};
   }
 };
+void fields(auto& visit, const LatencySummary& part) {
+  fields(visit, part.quantiles);
+  std::map<std::string, std::optional<Interval>> intervals;
+  for (const QuantileTraits& traits : kQuantiles)
+    if (traits.has_interval) intervals[traits.key] = part.estimate(traits.of).interval;
+  visit("interval", intervals);
+}
 
 struct ChainSummary {
   std::string chain;
   LatencySummary end_to_end;  ///< The age of the data when the output is there.
   LatencySummary hot_path;    ///< The paper's metric: from the start of the latest source's job.
-  Quantiles interval_ms;      ///< Between the finishes of consecutive outputs of a repetition.
-  Quantiles disparity_ms;     ///< Spread of the sources' timestamps in one output.
+  Distribution interval_ms;   ///< Between the finishes of consecutive outputs of a repetition.
+  Distribution disparity_ms;  ///< Spread of the sources' timestamps in one output.
   std::uint64_t drops = 0;    ///< Samples lost before the counted outputs (upstream's `hot path drops`).
 
   [[nodiscard]] const LatencySummary& latency(Latency of) const {
     return of == Latency::age ? end_to_end : hot_path;
   }
+  void add(const ChainRecord& output) {
+    drops += output.dropped;
+    if (output.disparity.count() >= 0) disparity_ms.add(output.disparity);
+  }
 };
+void fields(auto& visit, const ChainSummary& part) {
+  using nlohmann::json;
+  const LatencySummary &hot_path = part.hot_path, &age = part.end_to_end;
+  HOTPATH_VISIT(chain, disparity_ms)
+  visit("hot_path_latency_ms", hot_path);
+  visit("end_to_end_latency_ms", age);
+  visit("hot_path_drops", part.drops);
+  visit("output_interval_ms", part.interval_ms);
+  visit("ratio_to_default", json{{"median", hot_path.median_to_default}, {"max", hot_path.max_to_default}});
+  visit("difference_to_default_ms", json{{"median", hot_path.median_minus_default}});
+  visit("end_to_end_ratio_to_default",
+        json{{"median", age.median_to_default}, {"p99", age.p99_to_default}, {"max", age.max_to_default}});
+}
 
 /// Whether a task had timestamps or samples, but none of its jobs started.
 [[nodiscard]] inline bool never_ran(const TaskAccount& account) {
@@ -70,28 +109,17 @@ struct ChainSummary {
 
 /// `account` covers the whole run with its warm-up, like the loss equations; the other members
 /// exclude the warm-up.
-struct TaskSummary : TaskTotals {
+struct TaskSummary : TaskMeasures {
   std::string task;
   TaskKind kind = TaskKind::timer;
+  bool timers_only = false;  ///< The set has no subscriptions.
   TaskAccount account;
   Duration period{};      ///< Timers.
   Duration deadline{};    ///< Timers: relative.
   double busy_share = 0;  ///< Of the runs' time, if each of its jobs takes its worst case.
-  Quantiles response_ms;
-  /// Response time as the paper's authors measure it (their sensor.hpp): finish minus the timer's
-  /// next call as read at the start, plus its period. Only for sets without subscriptions, where
-  /// the trace determines it.
-  std::optional<Quantiles> response_authors_ms;
-  /// Timers: time between the starts of consecutive counted jobs. Upstream divides it by the
-  /// difference of the message numbers, which is 1 between executed jobs, so a skipped timestamp
-  /// doubles the period.
-  std::optional<Quantiles> period_ms;
-  std::optional<Quantiles> period_deviation_ms;  ///< Timers: period_deviation() of the same pairs of jobs.
 
   /// How much the distance of the starts varies, from the least to the greatest; NaN without two jobs.
-  [[nodiscard]] double period_range_ms() const {
-    return period_ms && period_ms->n > 0 ? period_ms->max - period_ms->min : kNoValue;
-  }
+  [[nodiscard]] double period_range_ms() const { return period_ms.max - period_ms.min; }
 
   /// Whether the task had timestamps or samples in any repetition, but none of its jobs started.
   [[nodiscard]] bool never_ran() const { return results::never_ran(account); }
@@ -103,26 +131,17 @@ struct TaskSummary : TaskTotals {
            account.accounted() > 0 && busy_share < 0.5;
   }
 };
-/// The keys of a task in summary.json.
-void fields(auto& visit, const TaskSummary& task) {
-  const bool timer = task.kind == TaskKind::timer;
-  visit("task", task.task);
-  visit("kind", task.kind);
-  visit("response_ms", task.response_ms);
-  visit.ms("longest_wait_ms", task.longest_wait);
-  visit("never_ran", task.never_ran());
-  visit.if_any("response_authors_ms", task.response_authors_ms);
-  visit.if_any("period_ms", task.period_ms);
-  visit.if_any("period_deviation_ms", task.period_deviation_ms);
+void fields(auto& visit, const TaskSummary& part) {
+  HOTPATH_VISIT(task, kind)
+  fields(visit, part, part.kind, part.timers_only);
+  visit("never_ran", part.never_ran());
+  const bool timer = part.kind == TaskKind::timer;
   for (const auto& [outcome, name] : enum_texts(Outcome{})) {
     const bool of_timers = outcome == Outcome::skipped;
     const bool of_subscriptions = outcome == Outcome::overwritten || outcome == Outcome::empty;
-    if (timer ? !of_subscriptions : !of_timers) visit(name, task.account[outcome]);
+    if (timer ? !of_subscriptions : !of_timers) visit(name, part.account[outcome]);
   }
-  if (!timer) return;
-  visit.ms("deadline_ms", task.deadline);
-  visit("deadline_overruns", task.after_warm_up.deadline_overruns);
-  visit("after_warm_up", task.after_warm_up);
+  if (timer) visit.ms("deadline_ms", part.deadline);
 }
 
 /// A task of one repetition whose loss equation does not hold.
@@ -181,6 +200,19 @@ struct ExecutorSummary {
   }
 };
 
+/// The tasks that starved: `Node/topic never ran`, or `Node/topic ran 3 of 300 times`.
+[[nodiscard]] std::vector<std::string> starved(const ExecutorSummary& executor);
+
+void fields(auto& visit, const ExecutorSummary& part) {
+  HOTPATH_VISIT(executor, repetitions, skipped, overwritten, after_warm_up, lost_records, cpu_per_callback_us,
+                usage, chains, tasks, disturbed, overload)
+  visit("callbacks_executed", part.executed);
+  visit("losses", part.each);
+  visit("deadline_overruns", part.after_warm_up.deadline_overruns);
+  visit("starved", starved(part));
+  visit("loss_equations", nlohmann::json{{"hold", part.unbalanced.empty()}, {"unbalanced", part.unbalanced}});
+}
+
 struct Summary {
   Duration warm_up{};
   BootstrapOptions bootstrap;
@@ -192,19 +224,19 @@ struct Summary {
 [[nodiscard]] Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs,
                                 const SummaryOptions& options);
 
-/// The tasks that starved: `Node/topic never ran`, or `Node/topic ran 3 of 300 times`.
-[[nodiscard]] std::vector<std::string> starved(const ExecutorSummary& executor);
+/// For each chain with known ages the sentences that a person would say first: under which executor the data
+/// is youngest by the 99th percentile of its age, compared with `default` or else with the next best, at what
+/// price, and how sure that is; before them the executors that cannot keep up. Executors that starve a task,
+/// or that give fewer than 19 of 20 outputs of another one, cannot win.
+[[nodiscard]] std::vector<std::string> verdict(const Summary& summary);
 
 /// The content of summary.json. Suffixes of the keys name the units (`_ms`, `_us`, `_s`, `_kib`,
 /// `_percent`) of all values below a key; unmeasured values are null.
-void to_json(nlohmann::json& j, const Summary& summary);
+void fields(auto& visit, const Summary& part) {
+  HOTPATH_VISIT(bootstrap, executors)
+  visit("version", HOTPATH_VERSION);
+  visit("warm_up_s", to_ms(part.warm_up) / 1e3);
+  visit("verdict", verdict(part));
+}
 
 }  // namespace hotpath::results
-
-namespace hotpath {
-
-void to_json(nlohmann::json& j, const Quantiles& quantiles);
-void to_json(nlohmann::json& j, const Interval& interval);
-HOTPATH_FIELDS(Estimate, value, interval);
-
-}  // namespace hotpath

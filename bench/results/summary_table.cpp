@@ -92,7 +92,7 @@ program::Table jobs_table(const Summary& summary) {
     double worst_ms = kNoValue, worst_authors_ms = kNoValue;  // the latter only in sets without subscriptions
     for (const TaskSummary& task : e.tasks) {
       worst_ms = std::fmax(worst_ms, task.response_ms.max);
-      worst_authors_ms = std::fmax(worst_authors_ms, task.response_authors_ms.value_or(Quantiles()).max);
+      worst_authors_ms = std::fmax(worst_authors_ms, task.response_authors_ms.max);
     }
     table.add_row({e.executor, e.executed, e.skipped, e.overwritten, shown_number(e.cpu_per_callback_us),
                    e.after_warm_up.deadline_overruns, shown_number(worst_ms),
@@ -113,8 +113,8 @@ void write_periods(std::ostream& out, const Summary& summary) {
     }
     if (most == nullptr) continue;
     table.add_row({e.executor, most->task, shown_number(to_ms(most->period)),
-                   shown_number(most->period_ms->min), shown_number(most->period_ms->max),
-                   shown_number(most->period_deviation_ms->p99)});
+                   shown_number(most->period_ms.min), shown_number(most->period_ms.max),
+                   shown_number(most->period_deviation_ms.p99)});
   }
   if (!table.rows.empty()) out << table << '\n';
 }

@@ -19,12 +19,6 @@ enum class Detail { short_answer, all };
 /// not measured.
 void write_table(std::ostream& out, const Summary& summary, Detail detail = Detail::all);
 
-/// For each chain with known ages the sentences that a person would say first: under which executor the data
-/// is youngest by the 99th percentile of its age, compared with `default` or else with the next best, at what
-/// price, and how sure that is; before them the executors that cannot keep up. Executors that starve a task,
-/// or that give fewer than 19 of 20 outputs of another one, cannot win.
-[[nodiscard]] std::vector<std::string> verdict(const Summary& summary);
-
 /// A latency in milliseconds, a ratio or another measure for people: three digits, at most three decimals;
 /// `-`: unknown.
 [[nodiscard]] std::string shown_number(double value);

@@ -40,8 +40,8 @@ std::vector<Candidate> candidates(const Summary& summary, std::size_t chain) {
 const TaskSummary* least_regular(const ExecutorSummary& executor) {
   const TaskSummary* worst = nullptr;
   for (const TaskSummary& task : executor.tasks) {
-    if (!task.period_deviation_ms || task.period_deviation_ms->n == 0) continue;
-    if (worst == nullptr || task.period_deviation_ms->p99 > worst->period_deviation_ms->p99) worst = &task;
+    if (task.period_deviation_ms.n == 0) continue;
+    if (worst == nullptr || task.period_deviation_ms.p99 > worst->period_deviation_ms.p99) worst = &task;
   }
   return worst;
 }
@@ -55,10 +55,9 @@ std::string price(const Candidate& winner, const Candidate& baseline) {
   const TaskSummary* timer = least_regular(own);
   if (timer != nullptr) {
     const auto same = std::ranges::find(other.tasks, timer->task, &TaskSummary::task);
-    const double before =
-        same == other.tasks.end() || !same->period_deviation_ms ? kNoValue : same->period_deviation_ms->p99;
-    if (timer->period_deviation_ms->p99 > 1.5 * before)
-      prices.push_back(concat(timer->task, " starts up to ", shown_number(timer->period_deviation_ms->p99),
+    const double before = same == other.tasks.end() ? kNoValue : same->period_deviation_ms.p99;
+    if (timer->period_deviation_ms.p99 > 1.5 * before)
+      prices.push_back(concat(timer->task, " starts up to ", shown_number(timer->period_deviation_ms.p99),
                               " ms off its period instead of ", shown_number(before)));
   }
   if (ExecutorLabel(winner.name()).name.find("-re") != std::string::npos)

@@ -2,15 +2,54 @@
 #include "simulated/repetition.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "hotpath/core/simulator.hpp"
+#include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
-#include "simulated/run_totals.hpp"
+#include "results/executor_measures.hpp"
 #include "simulated/simulated_system.hpp"
 
 namespace hotpath::simulated {
 
-results::Repetition simulate_repetition(const Plan& plan, RunTotals* totals) {
+namespace {
+
+/// Measures jobs and keeps none of them but, of those at both ends of chains, the ends.
+class RunTotals final : public JobSink {
+ public:
+  explicit RunTotals(const Plan& plan)
+      : counted_from_(Time{} + plan.warm_up),
+        chains_(plan.graph, plan.tasks),
+        measures_(plan.tasks.set, counted_from_, counted_from_ + plan.duration, false),
+        counts_(plan.tasks.set.size()) {}
+
+  void started(const JobRecord& record) override { chains_.add_start(record); }
+  void ended(const JobRecord& record) override {
+    chains_.add_end(record);
+    counts_[record.job.task].add(record);
+    measures_.add(record);
+  }
+
+  void add_to(results::Repetition& repetition, const std::vector<ChainObservation>& observations) {
+    for (TaskAccount& account : repetition.accounts) account.count = counts_[account.task].count;
+    for (const ChainObservation& o : observations) {
+      const std::optional<Time> timestamp = chains_.sink_timestamp(o.sink);
+      if (!timestamp || *timestamp >= counted_from_) repetition.trace.chains.push_back(chains_.join(o));
+    }
+    repetition.measures = measures_.result();
+    for (results::TaskMeasures& task : repetition.measures) task.period_deviation_ms.min = kNoValue;
+  }
+
+ private:
+  const Time counted_from_;
+  ChainJoin chains_;
+  results::JobMeasures measures_;
+  std::vector<TaskAccount> counts_;
+};
+
+}  // namespace
+
+results::Repetition simulate_repetition(const Plan& plan, bool keeps_jobs) {
   GraphTasks tasks = plan.tasks;
   tasks.set = with_releases(std::move(tasks.set), plan.times);
   const TaskSet& set = tasks.set;
@@ -28,18 +67,17 @@ results::Repetition simulate_repetition(const Plan& plan, RunTotals* totals) {
   results::Repetition repetition;
   Trace& trace = repetition.trace;
   TraceRecorder recorder(trace);
-  JobSink& sink = totals != nullptr ? static_cast<JobSink&>(*totals) : recorder;
+  std::optional<RunTotals> totals;
+  if (!keeps_jobs) totals.emplace(plan);
+  JobSink& sink = totals ? static_cast<JobSink&>(*totals) : recorder;
   SimulationSummary summary =
       simulate(set, system.executors(), system.executor_of(), workload, options, &sink);
   trace.executor = plan.executor.label;
   trace.end = summary.end;
   trace.published = std::move(summary.published);
   repetition.accounts = account(set, trace);
-  if (totals != nullptr) {
-    totals->count(repetition.accounts);
-    for (const ChainObservation& o : observations) {
-      if (!totals->early(o.sink)) trace.chains.push_back(totals->chains().join(o));
-    }
+  if (totals) {
+    totals->add_to(repetition, observations);
   } else {
     trace.chains = join_chains(plan.graph, plan.tasks, trace, observations);
   }

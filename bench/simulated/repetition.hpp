@@ -11,8 +11,6 @@
 
 namespace hotpath::simulated {
 
-class RunTotals;
-
 /// One simulation of a graph under an executor or a deployment.
 struct Plan {
   const setup::ExecutorSpec& executor;
@@ -26,10 +24,9 @@ struct Plan {
   std::optional<std::uint64_t> max_backlog = {};
 };
 
-/// Returns trace, accounts, and the chain records after the warm-up. With `totals`, made for this
-/// plan, jobs are counted there instead of kept. Throws
-/// SimulationError, InputError.
-[[nodiscard]] results::Repetition simulate_repetition(const Plan& plan, RunTotals* totals = nullptr);
+/// Returns trace, accounts, and the chain records after the warm-up; without `keeps_jobs` the measures of the
+/// jobs instead of the jobs. Throws SimulationError, InputError.
+[[nodiscard]] results::Repetition simulate_repetition(const Plan& plan, bool keeps_jobs = true);
 
 /// `times` with releases drawn uniformly, if any timer has release_jitter.
 [[nodiscard]] std::unique_ptr<ExecutionTimes> with_drawn_releases(std::unique_ptr<ExecutionTimes> times,

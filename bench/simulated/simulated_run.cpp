@@ -24,7 +24,6 @@
 #include "setup/utilisation.hpp"
 #include "simulated/own_times.hpp"
 #include "simulated/repetition.hpp"
-#include "simulated/run_totals.hpp"
 #include "simulated/simulated_system.hpp"
 
 namespace hotpath::simulated {
@@ -91,11 +90,8 @@ class SimulatedRun {
     simulate_all();
     reject_overload(partial);
     results::Summary summary = results::summarize(tasks_.set, runs_, counting_);
-    for (std::size_t i = 0; i < simulations_.size(); ++i) {
-      results::ExecutorSummary& of = summary.executors[i / options_.repetitions];
-      of.overload = simulations_[i].overload;
-      if (options_.no_trace && of.overload.empty()) simulations_[i].totals->add_to(of, repetition(i));
-    }
+    for (std::size_t i = 0; i < simulations_.size(); ++i)
+      summary.executors[i / options_.repetitions].overload = simulations_[i].overload;
     return summary;
   }
 
@@ -130,8 +126,7 @@ class SimulatedRun {
   struct Simulation {
     GraphTasks tasks;  ///< With the phases of this repetition.
     results::Repetition* repetition = nullptr;
-    std::unique_ptr<RunTotals> totals;  ///< With --no-trace.
-    std::string overload = {};          ///< Why it has no result; empty: it has one.
+    std::string overload = {};  ///< Why it has no result; empty: it has one.
   };
 
   void prepare() {
@@ -189,12 +184,8 @@ class SimulatedRun {
     plan.warm_up = counting_.warm_up;
     plan.duration = setup::seconds(options_.duration_s);
     plan.max_backlog = options_.max_backlog;
-    if (options_.no_trace) {
-      simulation.totals = std::make_unique<RunTotals>(graph_, simulation.tasks, Time{} + plan.warm_up,
-                                                      Time{} + plan.warm_up + plan.duration);
-    }
     try {
-      *simulation.repetition = simulate_repetition(plan, simulation.totals.get());
+      *simulation.repetition = simulate_repetition(plan, !options_.no_trace);
     } catch (const SimulationError& error) {
       simulation.overload = error.what();
       simulation.repetition->trace.executor = e.label;

@@ -60,8 +60,7 @@ TEST(Repetition, ProcessThatCannotBeSetUpIsAFailureOfThePlanAndIsNotLeft) {
   EXPECT_EQ(errno, ECHILD);
 }
 
-/// A process that maps a new file of /dev/shm (of its own: `container`) and holds one open, until it is
-/// killed.
+/// Maps a file of /dev/shm (its own: `container`) and holds another one open, until it is killed.
 class SharedMemoryUser {
  public:
   explicit SharedMemoryUser(const std::string& name = "hotpath_test_", bool container = false)
