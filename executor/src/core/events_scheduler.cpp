@@ -30,7 +30,6 @@ Arrival EventsScheduler::sample_arrived(TaskId task, const SampleInfo& sample, T
 }
 
 std::optional<Job> EventsScheduler::next_of(EventsQueue& queue) const {
-  if (queue.empty()) return std::nullopt;
   if (!follows()) return timer_management() == 1 ? queue.pop() : queue.pop_free(set_, busy_);
   return queue.pop_first([this](const Job& job) { return is_free(job.task) && may_run(job.task); });
 }
@@ -55,13 +54,9 @@ Decision EventsScheduler::next_event(Time now) {
 
 std::optional<Job> EventsScheduler::next_job(Time now) {
   const auto overdue = services_.overdue(now, [this](TaskId task) { return is_free(task) && may_run(task); });
-  std::optional<Job> job;
-  if (overdue) {
-    job = events_->pop_first([task = *overdue](const Job& j) { return j.task == task; });
-    services_.started_overdue(now);
-  } else {
-    job = next_of(*events_);
-  }
+  if (overdue) services_.started_overdue(now);
+  std::optional<Job> job =
+      overdue ? events_->pop_first([&](const Job& j) { return j.task == *overdue; }) : next_of(*events_);
   if (!job) return job;
   if (set_[job->task].service) services_.started(job->task);
   const std::uint32_t group = set_[job->task].group;

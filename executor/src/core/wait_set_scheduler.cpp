@@ -66,16 +66,12 @@ void WaitSet::begin(Time epoch) {
 }
 
 Decision WaitSetScheduler::decide(Worker worker, Time now) {
-  Decision decision;
   // A recorded schedule shows who had the mutex, and when waits ended.
   const bool shared = workers().size() > 1 && !follows();
-  if (shared && wait_mutex_.blocks(worker)) {
-    decision.blocked = true;
-    return decision;
-  }
+  if (shared && wait_mutex_.blocks(worker)) return {.job = {}, .wake = {}, .blocked = true};
   const bool slept = wait_mutex_.enter(worker);
   if (slept) poll(now, [this](TaskId id) { return is_waited_for(id); });
-  decision.job = pick(now);
+  Decision decision{pick(now), kNever, {}};
   if (!decision.job && shared) return begin_wait(worker, now);
   if (!decision.job) {
     if (blocked_ == Blocked::forgotten) forget_snapshot();
@@ -105,8 +101,7 @@ Decision WaitSetScheduler::begin_wait(Worker worker, Time now) {
 }
 
 Decision StaticScheduler::decide(Worker, Time now) {
-  Decision decision;
-  decision.job = next_ready(now);
+  Decision decision{next_ready(now), kNever, {}};
   if (!decision.job) {
     forget_snapshot();
     const std::uint32_t tasks = poll(now, [](TaskId) { return true; });
@@ -158,9 +153,8 @@ std::optional<Job> RebuiltWaitSetScheduler::wait(Time now) {
 }
 
 Decision RebuiltWaitSetScheduler::decide(Worker worker, Time now) {
-  Decision decision;
   // A worker that slept returns from its wait.
-  decision.job = wait_mutex_.enter(worker) ? wait(now) : pick(now);
+  Decision decision{wait_mutex_.enter(worker) ? wait(now) : pick(now), kNever, {}};
   while (!decision.job) {
     if (needs_rebuild_) rebuild();
     decision.waited_for = static_cast<std::uint32_t>(waited_.size());

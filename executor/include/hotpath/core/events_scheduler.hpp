@@ -52,7 +52,7 @@ class EventsScheduler : public ExploredScheduler {
   }
   /// An executor worker's decision.
   Decision next_event(Time now);
-  /// Takes the first job that may run from a queue.
+  /// Takes the first job that may run from a queue, which is not empty.
   [[nodiscard]] std::optional<Job> next_of(EventsQueue& queue) const;
   /// Visits the events queue and any further queue of a derived class.
   virtual void for_each_queue(const std::function<void(EventsQueue&)>& visit) { visit(*events_); }
@@ -124,7 +124,7 @@ class TimerReadyQueueScheduler final : public EventsScheduler {
   Effect release_timers(Worker worker, Time now) override;
   Decision decide(Worker worker, Time now) override {
     if (worker == kExecutor) return next_event(now);
-    const std::optional<Job> job = next_of(*timer_ready_);
+    const std::optional<Job> job = timer_ready_->empty() ? std::nullopt : next_of(*timer_ready_);
     return {job, job ? kNever : timers_.next_due(), {}};
   }
   void unfinished(Time now, const Visitor& visit) const override {

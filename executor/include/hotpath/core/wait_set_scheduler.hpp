@@ -47,7 +47,7 @@ class WaitSet : public ExploredScheduler {
   template <class Eligible>
   std::uint32_t poll(Time now, Eligible&& eligible) {
     const Timer* timer = timers_.data();
-    for (const TaskId id : std::span(entities_)) {
+    for (const TaskId id : entities_) {
       if (unread_.is_subscription(id) ? unread_.count(id) == 0 : !timer++->is_ready(now)) continue;
       if (eligible(id)) snapshot_.add(id, now);
     }
