@@ -15,16 +15,10 @@ std::int64_t own_level(const Task& task, Policy policy) {
 }  // namespace
 
 std::vector<TaskId> most_urgent_timers(const TaskSet& set, Policy policy) {
-  std::vector<TaskId> urgent(set.size(), kNoTask), timers;
-  std::vector<std::int64_t> level(set.size(), kLowestLevel);
-  for (TaskId id = 0; id < set.size(); ++id) {
-    if (set[id].kind != TaskKind::timer) continue;
-    urgent[id] = id;
-    level[id] = own_level(set[id], policy);
-    timers.push_back(id);
-  }
+  std::vector<TaskId> urgent(set.size(), kNoTask), timers = set.timers();
+  for (const TaskId id : timers) urgent[id] = id;
   // Most urgent timer first: the first timer that reaches a subscription sets its level.
-  std::stable_sort(timers.begin(), timers.end(), [&](TaskId a, TaskId b) { return level[a] < level[b]; });
+  std::ranges::stable_sort(timers, {}, [&](TaskId id) { return own_level(set[id], policy); });
   std::vector<TaskId> pending;
   for (const TaskId root : timers) {
     pending.assign(1, root);

@@ -9,6 +9,13 @@
 
 namespace hotpath {
 
+std::vector<TaskId> TaskSet::timers() const {
+  std::vector<TaskId> ids;
+  for (TaskId id = 0; id < size(); ++id)
+    if (tasks[id].kind == TaskKind::timer) ids.push_back(id);
+  return ids;
+}
+
 std::vector<TaskId> in_order_of_kinds(const TaskSet& set, std::vector<TaskId> entity_order,
                                       TaskKind runs_first) {
   if (entity_order.empty()) {

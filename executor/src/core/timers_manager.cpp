@@ -8,9 +8,8 @@ namespace hotpath {
 
 void TimersManager::begin(const TaskSet& set, Time epoch) {
   *this = {};
-  for (TaskId id = 0; id < set.size(); ++id) {
-    if (set[id].kind == TaskKind::timer && set[id].local) manage(id, set[id], epoch);
-  }
+  for (const TaskId id : set.timers())
+    if (set[id].local) manage(id, set[id], epoch);
   std::sort(heap_.begin(), heap_.end(), before);  // a sorted array is a heap
 }
 

@@ -76,6 +76,7 @@ struct TaskSet {
 
   const Task& operator[](TaskId id) const { return tasks[id]; }
   [[nodiscard]] TaskId size() const { return static_cast<TaskId>(tasks.size()); }
+  [[nodiscard]] std::vector<TaskId> timers() const;
 };
 
 /// The place of the task's kind among those that one wait finds ready: timers, subscriptions, services,
