@@ -91,10 +91,8 @@ std::vector<Chain> find_chains(const Graph& graph, const GraphTasks& tasks, std:
   std::vector<std::vector<TaskId>> downstream;
   for (TaskId id = 0; id < tasks.set.size(); ++id) downstream.push_back(next_of(tasks, id));
   std::vector<Path> paths;
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    if (tasks.set[id].kind != TaskKind::timer) continue;
+  for (const TaskId id : tasks.set.timers())
     for (Path& path : largest_paths(tasks, downstream, id)) paths.push_back(std::move(path));
-  }
   std::ranges::stable_sort(paths, &Path::is_larger_than);
   if (paths.size() > most) paths.resize(most);
   std::vector<Chain> chains;

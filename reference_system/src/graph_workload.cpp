@@ -184,11 +184,10 @@ void GraphWorkload::publish_due(Running& job) {
 }
 
 void GraphWorkload::delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) {
-  auto message = on_the_way_.begin();
-  while (message->parent != parent || std::ranges::count(*message->readers, subscription) == 0) {
-    ++message;
-    assert(message != on_the_way_.end() && "only a published message can arrive");
-  }
+  const auto message = std::ranges::find_if(on_the_way_, [&](const OnTheWay& m) {
+    return m.parent == parent && std::ranges::count(*m.readers, subscription) > 0;
+  });
+  assert(message != on_the_way_.end() && "only a published message can arrive");
   if (--message->deliveries > 0) {
     unread_[subscription].push_back({sequence, message->sample, parent});
   } else {

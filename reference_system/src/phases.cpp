@@ -38,8 +38,7 @@ std::vector<Duration> creation_instants(const Graph& graph, const GraphTasks& ta
   }
   std::vector<Duration> instants(tasks.set.size());
   std::optional<Duration> first;
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    if (tasks.set[id].kind != TaskKind::timer) continue;
+  for (const TaskId id : tasks.set.timers()) {
     const Duration instant = finished[tasks.origin[id].node];
     if (!first) first = instant;
     instants[id] = instant - *first;
@@ -52,9 +51,8 @@ std::vector<Duration> make_phases(const Graph& graph, const GraphTasks& tasks, P
   std::vector<Duration> first(tasks.set.size());
   if (phases == Phases::creation) first = creation_instants(graph, tasks, options.step);
   std::mt19937_64 generator(options.seed);
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+  for (const TaskId id : tasks.set.timers()) {
     const Task& task = tasks.set[id];
-    if (task.kind != TaskKind::timer) continue;
     switch (phases) {
       case Phases::creation:
         first[id] += task.period;
@@ -85,8 +83,7 @@ class GivenPhases {
  public:
   GivenPhases(const std::string& path, const Graph& graph)
       : path_(path), tasks_(make_tasks(graph)), first_(tasks_.set.size()), lines_(tasks_.set.size(), 0) {
-    for (const Task& task : tasks_.set.tasks)
-      if (task.kind == TaskKind::timer) timers_.push_back(task.name);
+    for (const TaskId id : tasks_.set.timers()) timers_.push_back(tasks_.set[id].name);
   }
 
   /// A value of the file. `created`: the instant of creation.
@@ -111,8 +108,8 @@ class GivenPhases {
 
   /// By task. `last_line`: to which a missing phase would belong.
   std::vector<Duration> all(std::size_t last_line) {
-    for (TaskId id = 0; id < tasks_.set.size(); ++id) {
-      if (tasks_.set[id].kind != TaskKind::timer || lines_[id] != 0) continue;
+    for (const TaskId id : tasks_.set.timers()) {
+      if (lines_[id] != 0) continue;
       throw InputError(path_, last_line, "no phase for the timer of node " + tasks_.set[id].name,
                        "give one for each timer");
     }
@@ -183,9 +180,7 @@ std::vector<Duration> read_phases(const std::string& path, const Graph& graph, c
 
 std::string phases_csv(const TaskSet& set, const std::vector<Duration>& first) {
   std::string csv = "task,first_release_ms\n";
-  for (TaskId id = 0; id < set.size(); ++id) {
-    if (set[id].kind == TaskKind::timer) csv += set[id].name + "," + format_ms(first[id]) + "\n";
-  }
+  for (const TaskId id : set.timers()) csv += set[id].name + "," + format_ms(first[id]) + "\n";
   return csv;
 }
 

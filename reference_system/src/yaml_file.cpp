@@ -4,6 +4,7 @@
 #include <yaml-cpp/eventhandler.h>
 
 #include <cstdlib>
+#include <memory>
 #include <sstream>
 
 #include "hotpath/core/input_file.hpp"
@@ -73,16 +74,14 @@ std::string find_yaml(const std::string& kind, const std::map<std::string, fs::p
 std::string read_text_file(const std::string& path) {
   const std::string remedy = "give the path of a readable YAML file";
   std::ifstream in = open_input(path, remedy);
-  std::string text(kMaxFileBytes + 1, '\0');
-  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  const auto text = std::make_unique_for_overwrite<char[]>(kMaxFileBytes + 1);
+  in.read(text.get(), kMaxFileBytes + 1);
   const auto bytes = static_cast<std::size_t>(in.gcount());
   if (bytes > kMaxFileBytes) {
     throw InputError(path, 0, "the file has more than 4 MiB, the limit for this kind of file", remedy);
   }
   if (in.bad()) refuse_input(path, "input/output error", remedy);
-  text.resize(bytes);
-  text.shrink_to_fit();
-  return text;
+  return {text.get(), bytes};
 }
 
 YAML::Node read_yaml(const std::string& file, const std::string& text, const std::string& remedy) {

@@ -22,6 +22,10 @@ class BoundedHistory {
   [[nodiscard]] std::size_t size() const { return size_; }
   void reserve(std::size_t) {}
   void clear() { size_ = 0; }
+  /// Entries of a history.
+  void assign(const Stat* first, const Stat* last) {
+    size_ = static_cast<std::uint32_t>(std::copy(first, last, begin()) - begin());
+  }
   Stat& emplace_back() { return entries_[size_ < kCapacity ? size_++ : kCapacity - 1]; }
   void erase(const Stat* entry) {
     Stat* const place = begin() + (entry - begin());

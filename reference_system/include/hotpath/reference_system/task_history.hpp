@@ -51,6 +51,8 @@ class TaskHistory {
   /// source job in the data.
   void merge(Message& into, const Message& from, TaskId to) const {
     auto& entries = into.history();
+    if (entries.size() == 0 && lanes_->size() == 0)
+      return entries.assign(from.history().begin(), from.history().end());
     const auto before = static_cast<std::ptrdiff_t>(entries.size());
     for (const auto& entry : from.history()) {
       const TaskId task = task_of(entry);
