@@ -12,13 +12,14 @@ namespace hotpath {
 using exact::add;
 
 BusyLevel::BusyLevel(const GraphTopology& topology, const GraphOrder& order, const GraphOverheads& overheads,
-                     std::int64_t its_rank)
+                     const std::vector<std::int64_t>& job_work, std::int64_t its_rank)
     : rank(its_rank),
       node_of(topology.size(), kNone),
       timers_of(topology.size(), kNone),
       topology_(topology),
       order_(order),
-      overheads_(overheads) {
+      overheads_(overheads),
+      job_work_(job_work) {
   for (const TaskId id : topology.order()) {
     if (order.rank[id] <= rank) add_task(id);
   }
@@ -31,10 +32,6 @@ BusyLevel::BusyLevel(const GraphTopology& topology, const GraphOrder& order, con
   if (utilisation > 1) return;
   blockers = all_blockers();
   drop_dominated();
-}
-
-std::int64_t BusyLevel::job_work(TaskId id) const {
-  return order_.rank[id] == GraphOrder::kArrival ? 0 : add(topology_.set()[id].wcet.count(), overheads_.job);
 }
 
 /// Before samples of the task arrive, the thread may idle, and then has to wake up.
@@ -56,7 +53,7 @@ void BusyLevel::add_task(TaskId id) {
   node_of[id] = own;
   const bool joined = topology_.join_of(id) != nullptr;
   nodes.push_back(
-      {.id = id, .joined = joined, .work = joined ? overheads_.job : add(job_work(id), transit(id))});
+      {.id = id, .joined = joined, .work = joined ? overheads_.job : add(job_work_[id], transit(id))});
   const Task& task = topology_.set()[id];
   if (task.kind != TaskKind::timer) return;
   const std::size_t thread = order_.thread_of(order_.rank[id]);
@@ -135,8 +132,8 @@ std::vector<Blocker> BusyLevel::all_blockers() const {
     }
     Blocker& blocker = longest[activated];
     if (!activated.empty()) blocker.task = id;
-    if (job_work(id) > blocker.work) blocker.longest = id;
-    blocker.work = std::max({blocker.work, job_work(id), overheads_.wake_up});
+    if (job_work_[id] > blocker.work) blocker.longest = id;
+    blocker.work = std::max({blocker.work, job_work_[id], overheads_.wake_up});
   }
   std::vector<Blocker> all;
   all.reserve(longest.size() + begins.size());
@@ -164,7 +161,7 @@ void BusyLevel::find_ahead() {
   const std::vector<Effect> effect = effects();
   for (TaskId id = 0; id < topology_.size(); ++id) {
     if (!topology_.set()[id].service || topology_.roots(id).empty()) continue;
-    std::int64_t work = job_work(id);
+    std::int64_t work = job_work_[id];
     std::size_t joined = kNone;
     if (const auto* join = topology_.join_of(id)) {
       for (const TaskId input : join->inputs) {

@@ -52,9 +52,9 @@ struct BusyLevel {
     std::int64_t work = 0;
   };
 
-  /// The topology and the order must outlive this object.
+  /// The references must outlive this object. `job_work`: of one job, by task.
   BusyLevel(const GraphTopology& topology, const GraphOrder& order, const GraphOverheads& overheads,
-            std::int64_t rank);
+            const std::vector<std::int64_t>& job_work, std::int64_t rank);
 
   [[nodiscard]] bool inside(TaskId id) const { return node_of[id] != kNone; }
 
@@ -83,7 +83,6 @@ struct BusyLevel {
   void add_task(TaskId id);
   std::size_t join_at(std::size_t index);
   void add_up();
-  [[nodiscard]] std::int64_t job_work(TaskId id) const;
   [[nodiscard]] std::int64_t transit(TaskId id) const;
   [[nodiscard]] std::vector<Blocker> all_blockers() const;
   [[nodiscard]] std::vector<Effect> effects() const;
@@ -92,6 +91,7 @@ struct BusyLevel {
   const GraphTopology& topology_;
   const GraphOrder& order_;
   const GraphOverheads overheads_;
+  const std::vector<std::int64_t>& job_work_;
 };
 
 }  // namespace hotpath

@@ -9,7 +9,11 @@
 namespace hotpath {
 
 GraphTopology::GraphTopology(const CallbackGraph& graph)
-    : graph_(graph), publishers_(size()), roots_(size()), join_(size(), graph.joins.size()) {
+    : graph_(graph),
+      publishers_(size()),
+      roots_(size()),
+      timers_(set().timers()),
+      join_(size(), graph.joins.size()) {
   std::vector<std::size_t> open(size(), 0);
   for (TaskId id = 0; id < size(); ++id) {
     for (const TaskId fed : set()[id].feeds) publishers_[fed].push_back(id);
@@ -26,7 +30,6 @@ GraphTopology::GraphTopology(const CallbackGraph& graph)
   for (TaskId id = 0; id < size(); ++id) {
     open[id] = publishers_[id].size();
     if (open[id] == 0) order_.push_back(id);
-    if (set()[id].kind == TaskKind::timer) timers_.push_back(id);
   }
   for (std::size_t i = 0; i < order_.size(); ++i) {
     for (const TaskId fed : set()[order_[i]].feeds) {

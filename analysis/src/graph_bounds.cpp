@@ -64,17 +64,11 @@ bool has_fixed_priorities(const ExecutorEntry& executor) {
   return policy && traits_of(*policy).levels == Levels::fixed;
 }
 
-std::size_t timers(const TaskSet& set) {
-  return static_cast<std::size_t>(std::ranges::count(set.tasks, TaskKind::timer, &Task::kind));
-}
-
 bool equal_timers(const TaskSet& set, Policy policy) {
   const std::vector<std::int64_t> level = inherited_levels(set, policy);
   std::set<std::int64_t> seen;
-  for (TaskId id = 0; id < set.size(); ++id) {
-    if (set[id].kind == TaskKind::timer && !seen.insert(level[id]).second) return true;
-  }
-  return false;
+  const auto is_new = [&](TaskId id) { return seen.insert(level[id]).second; };
+  return !std::ranges::all_of(set.timers(), is_new);
 }
 
 /// An event takes the oldest sample, not necessarily the one that raised it. Under the rule `first`
@@ -128,7 +122,7 @@ GraphOverheads overheads_of(const BoundedSystem& system, bool waits_with_jobs) {
   }
   if (has_releaser(system.executor)) {
     o.release = release_cost(p).count();
-    const std::int64_t all = multiply(o.release, static_cast<std::int64_t>(timers(system.graph.set)));
+    const std::int64_t all = multiply(o.release, static_cast<std::int64_t>(system.graph.set.timers().size()));
     o.lateness = add(o.wake_up, all);
     if (!p.raised_releaser && p.cores == 1) {
       const std::int64_t slice = p.time_slice.count();
@@ -323,11 +317,11 @@ std::uint32_t assumptions_of(const BoundedSystem& system) {
   };
   const bool runs_timers = traits.timers == TimerHandling::release_and_execute;
   const bool releaser = has_releaser(system.executor);
-  add_if(timers(set) < set.size(), A::subscriptions);
+  add_if(set.timers().size() < set.size(), A::subscriptions);
   add_if(runs_timers, A::runs_timers);
   const unsigned workers = worker_count(system.executor, system.scheduling);
   add_if(traits.many_workers && workers > (releaser ? 2U : 1U), A::several_threads);
-  const bool distinct = has_fixed_priorities(system.executor) && timers(set) == set.size() &&
+  const bool distinct = has_fixed_priorities(system.executor) && set.timers().size() == set.size() &&
                         !equal_timers(set, *traits.policy);
   add_if(system.scheduling.ties == Ties::fifo && traits.family == Family::priority_events && !distinct,
          A::ties_by_activation);
@@ -340,14 +334,14 @@ std::uint32_t assumptions_of(const BoundedSystem& system) {
   add_if(waits || p.longest_dispatch_cost() > Duration::zero(), A::costs);
   add_if(releaser && release_cost(p) > Duration::zero(), A::release_costs);
   add_if(p.wake_up_latency > Duration::zero(), A::wake_up);
-  add_if(timers(set) < set.size() && mixes_deadlines(system), A::mixed_deadlines);
+  add_if(set.timers().size() < set.size() && mixes_deadlines(system), A::mixed_deadlines);
   add_if(releaser && !runs_timers && !p.raised_releaser && p.cores == 1, A::late_releases);
   add_if(traits.timers == TimerHandling::marked_ready && p.wake_up_latency > Duration::zero(),
          A::woken_by_jobs);
   add_if(!system.graph.delivery_known, A::any_delivery);
   add_if(largest_jitter(set) > 0, A::release_jitter);
   add_if(service_wait(system) > 0, A::service_wait);
-  add_if(p.delivery_delay > Duration::zero() && timers(set) < set.size(), A::delivery_delay);
+  add_if(p.delivery_delay > Duration::zero() && set.timers().size() < set.size(), A::delivery_delay);
   return present;
 }
 

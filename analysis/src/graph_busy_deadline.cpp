@@ -21,9 +21,9 @@ Blocker GraphBusyWindow::blocker_behind(std::int64_t deadline) const {
   Blocker longest{kNoTask, kNoTask, overheads_.wake_up};
   for (TaskId id = 0; id < topology_.size(); ++id) {
     const auto later = [&](TaskId timer) { return topology_.set()[timer].deadline.count() > deadline; };
-    if (job_work(id) <= longest.work || !std::ranges::any_of(topology_.roots(id), later)) continue;
+    if (job_work_[id] <= longest.work || !std::ranges::any_of(topology_.roots(id), later)) continue;
     longest.longest = id;
-    longest.work = job_work(id);
+    longest.work = job_work_[id];
   }
   return longest;
 }

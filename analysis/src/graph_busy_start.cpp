@@ -80,7 +80,7 @@ std::optional<GraphBusyWindow::Query> GraphBusyWindow::query_from_start(TaskId r
   // While the job of `root` runs, every more urgent thread preempts it.
   const std::int64_t rank = std::max(largest_rank(root, to, false), order_.above(order_.rank[root]));
   q.level = level(order_.by_deadline ? order_.rank[root] : rank);
-  q.blocker = {root, root, job_work(root)};
+  q.blocker = {root, root, job_work_[root]};
   q.target = to;
   q.closed = !order_.releases_first;
   for (const TaskId id : left_behind(root, to)) {
@@ -119,7 +119,7 @@ std::optional<std::int64_t> GraphBusyWindow::response_behind(TaskId publisher, T
   }
   Query q;
   q.level = level(rank);
-  q.blocker = {publisher, publisher, job_work(publisher)};
+  q.blocker = {publisher, publisher, job_work_[publisher]};
   q.target = subscription;
   q.any_service = true;  // also one that was pending before, with the subscription's rank
   q.closed = !order_.releases_first;
@@ -169,10 +169,10 @@ std::optional<std::int64_t> GraphBusyWindow::later_start_to_start(TaskId root, T
   if (!whole || !without) return std::nullopt;
   // Case 2: some job does, behind the job of `root`; behind the next one, too, if that one starts at
   // the same instant.
-  std::int64_t before = job_work(root);
+  std::int64_t before = job_work_[root];
   if (before == 0 && !all->closed && topology_.set()[root].feeds.size() == 1) {
     if (path[1] == meets) return end_after(none, *without, overheads_.job);
-    if (topology_.join_of(path[1]) == nullptr) before = job_work(path[1]);
+    if (topology_.join_of(path[1]) == nullptr) before = job_work_[path[1]];
   }
   const auto later = end_after(none, *without, overheads_.job), end = end_after(*all, *whole, overheads_.job);
   return later && end ? std::optional(std::max(*later, subtract(*end, before))) : std::nullopt;
@@ -182,11 +182,11 @@ std::optional<std::int64_t> GraphBusyWindow::start_to_finish(TaskId root, TaskId
   if (root == to && order_.above(order_.rank[root]) == kNoRank) {
     Query q;
     q.target = root;
-    return end_after(q, 0, job_work(root));
+    return end_after(q, 0, job_work_[root]);
   }
   if (root == to) return until_finish(root, to);
   if (auto q = query_from_start(root, to)) {
-    if (const auto start = end_of_work(*q, 0)) return end_after(*q, *start, job_work(to));
+    if (const auto start = end_of_work(*q, 0)) return end_after(*q, *start, job_work_[to]);
   }
   return until_finish(root, to);
 }

@@ -28,6 +28,10 @@ GraphBusyWindow::GraphBusyWindow(const GraphTopology& topology, GraphOrder order
       order_(std::move(order)),
       overheads_(overheads),
       counting_(std::make_unique<Counting>(topology.size() + topology.graph().joins.size())) {
+  for (TaskId id = 0; id < topology.size(); ++id) {
+    const bool arrival = order_.rank[id] == GraphOrder::kArrival;
+    job_work_.push_back(arrival ? 0 : add(topology.set()[id].wcet.count(), overheads_.job));
+  }
   if (overheads_.release == 0) return;
   for (const TaskId timer : topology.timers()) {
     std::int64_t& work = release_work_[topology.set()[timer].period.count()];
@@ -79,13 +83,9 @@ std::int64_t GraphBusyWindow::largest_rank(TaskId root, TaskId to, bool with_roo
   return largest[to];
 }
 
-std::int64_t GraphBusyWindow::job_work(TaskId id) const {
-  return order_.rank[id] == GraphOrder::kArrival ? 0 : add(topology_.set()[id].wcet.count(), overheads_.job);
-}
-
 std::shared_ptr<const BusyLevel> GraphBusyWindow::level(std::int64_t rank) const {
   if (const auto known = levels_.find(rank); known != levels_.end()) return known->second;
-  const auto created = std::make_shared<BusyLevel>(topology_, order_, overheads_, rank);
+  const auto created = std::make_shared<BusyLevel>(topology_, order_, overheads_, job_work_, rank);
   // The number of nodes in all levels of a large graph is its number of ranks times tasks.
   known_nodes_ += created->nodes.size();
   if (known_nodes_ > kMostKnownNodes) {
@@ -196,7 +196,7 @@ std::optional<std::int64_t> GraphBusyWindow::start_of(Query& q, std::int64_t fro
 
 std::int64_t GraphBusyWindow::own_work(const Query& q) const {
   const bool waits = topology_.join_of(q.target) != nullptr && !q.works;
-  return waits ? overheads_.job : job_work(q.target);
+  return waits ? overheads_.job : job_work_[q.target];
 }
 
 /// Work of those jobs of work() whose threads preempt the thread of `rank`.

@@ -70,8 +70,7 @@ Duration release_cost(const ObservedSystem& s, TaskId timer) {
 /// Of all timers.
 Duration release_costs(const ObservedSystem& s) {
   Duration all{};
-  for (TaskId id = 0; id < s.set.size(); ++id)
-    if (s.set[id].kind == TaskKind::timer) all += release_cost(s, id);
+  for (const TaskId timer : s.set.timers()) all += release_cost(s, timer);
   return all;
 }
 
@@ -94,9 +93,8 @@ std::optional<Duration> longest_run_below_timer_threads(const ObservedSystem& s,
     return s.responses[task];       // how long their jobs displace it is unknown
   for (Duration window = wcet;;) {  // to its end, with the jobs of timer threads
     Duration run = wcet, jobs{};
-    for (TaskId timer = 0; timer < s.set.size(); ++timer) {
+    for (const TaskId timer : s.set.timers()) {
       const Task& of = s.set[timer];
-      if (of.kind != TaskKind::timer) continue;
       const std::int64_t releases = (window + late + of.release_jitter) / of.period + 1;
       run += releases * release_cost(s, timer);
       if (timer_thread_runs(s, timer)) jobs += releases * of.wcet;

@@ -29,7 +29,9 @@ ThreadedChains::ThreadedChains(const GraphTopology& topology, unsigned threads)
     if (timer.always_due)
       throw AnalysisError("on several threads it covers no timer with the period 0, such as " + timer.name);
     place(root, {.tree = trees_.size()});
-    trees_.push_back({root, timer.period.count(), places_[root].work_from, timer.period.count()});
+    const std::int64_t period = timer.period.count();
+    trees_.push_back(
+        {root, period, places_[root].work_from, std::min(places_[root].width, threads_), period});
   }
   check_groups();
   bounded_ = find_responses();
@@ -77,11 +79,10 @@ void ThreadedChains::check_groups() const {
 
 /// The most work of a tree in a window, if each of its jobs ends within its response time.
 std::int64_t ThreadedChains::work_beside(const Tree& tree, std::int64_t window) const {
-  const std::int64_t width = std::min(places_[tree.root].width, threads_);
-  const std::int64_t length = add(window, tree.response) - tree.work / width;
+  const std::int64_t length = add(window, tree.response) - tree.work / tree.width;
   if (length < 0) return 0;
   return add(multiply(length / tree.period, tree.work),
-             std::min(tree.work, multiply(length % tree.period, width)));
+             std::min(tree.work, multiply(length % tree.period, tree.width)));
 }
 
 /// The longest wait up to the start of a task. While it or a task before it waits, all threads run other
@@ -95,9 +96,8 @@ std::optional<std::int64_t> ThreadedChains::waiting(TaskId task) const {
   for (int step = 0; step < kMostSteps; ++step) {
     std::int64_t work = std::min(work_aside, multiply(width_aside, wait));
     for (const Tree& tree : trees_) {
-      const std::int64_t width = std::min(places_[tree.root].width, threads_);
-      if (&tree != &own)
-        work = add(work, std::min(work_beside(tree, add(at.work_before, wait)), multiply(width, wait)));
+      if (&tree == &own) continue;
+      work = add(work, std::min(work_beside(tree, add(at.work_before, wait)), multiply(tree.width, wait)));
     }
     const std::int64_t next = work / threads_;
     if (next == wait) return wait;

@@ -37,6 +37,7 @@ class ThreadedChains final : public PathBounds {
   struct Tree {
     TaskId root;
     std::int64_t period, work;
+    std::int64_t width;     ///< How many of its tasks can run at once, on these threads.
     std::int64_t response;  ///< From the timestamp to the end of the last task.
   };
   struct Place {

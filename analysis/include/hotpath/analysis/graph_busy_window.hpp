@@ -94,7 +94,6 @@ class GraphBusyWindow : public PathBounds {
 
   std::shared_ptr<const BusyLevel> level(std::int64_t rank) const;
   std::int64_t largest_rank(TaskId root, TaskId to, bool with_root = true) const;
-  std::int64_t job_work(TaskId id) const;
   std::int64_t releases_work(std::int64_t t) const;
   std::int64_t services_work(const Query& query, std::int64_t t) const;
   std::int64_t work_besides(Query& query, std::int64_t t) const;
@@ -131,6 +130,7 @@ class GraphBusyWindow : public PathBounds {
   const GraphTopology& topology_;
   const GraphOrder order_;
   const GraphOverheads overheads_;
+  std::vector<std::int64_t> job_work_;  ///< Of one job, by task.
   /// By period: total work of one release of each of its timers.
   std::map<std::int64_t, std::int64_t> release_work_;
   const std::unique_ptr<Counting> counting_;
