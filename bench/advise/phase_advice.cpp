@@ -62,10 +62,8 @@ void to_json(json& j, const Compared& c) {
   j["chosen"] = *c.found;
   j["within_margin"] = c.found->within_margin.value;
   j["complete"] = c.found->complete;
-  for (TaskId id = 0; const Task& task : c.candidate->tasks.set.tasks) {
-    const Duration first = c.found->first[id++];
-    if (task.kind == TaskKind::timer) j["first_release_ms"][task.name] = to_ms(first);
-  }
+  const TaskSet& set = c.candidate->tasks.set;
+  for (const TaskId id : set.timers()) j["first_release_ms"][set[id].name] = to_ms(c.found->first[id]);
 }
 
 class PhaseAdviser : Question {
@@ -176,9 +174,8 @@ class PhaseAdviser : Question {
       std::mt19937_64 random(options.seed);
       for (int end = 0; end < ends_ && values.within_margin <= enough; ++end) {
         FirstTimestamps moved = first;  // later by 0 or twice the margin: only differences of phases matter
-        for (TaskId id = 0; id < moved.size(); ++id) {
-          if (tasks.set[id].kind == TaskKind::timer && random() % 2 != 0) moved[id] += 2 * margin_;
-        }
+        for (const TaskId id : tasks.set.timers())
+          if (random() % 2 != 0) moved[id] += 2 * margin_;
         const Score score = exact_values(*c.candidate, objective, moved).score;
         values.within_margin = std::max(values.within_margin, score);
       }

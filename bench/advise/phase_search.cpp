@@ -37,8 +37,7 @@ std::vector<std::pair<double, double>> worst_latencies(const Graph& graph, const
 /// The lateness of timers, decided by their response times.
 Score score_of_timers(const TaskSet& set, const GraphBounds& bounds) {
   Score score{-INFINITY};
-  for (TaskId id = 0; id < set.size(); ++id) {
-    if (set[id].kind != TaskKind::timer) continue;
+  for (const TaskId id : set.timers()) {
     const double response = bounds.tasks[id] ? to_ms(Duration(*bounds.tasks[id])) : INFINITY;
     const double late = response - to_ms(set[id].deadline);
     score.late_timers += late > 0 ? 1 : 0;
@@ -110,8 +109,8 @@ Duration range_of_phases(const TaskSet& set, const std::vector<TaskId>& moved) {
   for (const TaskId id : moved) {
     const std::int64_t period = set[id].period.count();
     longest = std::max(longest, period);
-    for (TaskId other = 0; other < set.size(); ++other) {
-      if (set[other].kind != TaskKind::timer || std::ranges::count(moved, other) > 0) continue;
+    for (const TaskId other : set.timers()) {
+      if (std::ranges::count(moved, other) > 0) continue;
       const std::int64_t common = std::gcd(period, set[other].period.count());
       if (__builtin_mul_overflow(range / std::gcd(range, common), common, &range)) return Duration(longest);
       range = std::min(range, longest);
@@ -123,13 +122,9 @@ Duration range_of_phases(const TaskSet& set, const std::vector<TaskId>& moved) {
 PhaseValues search_phases(const TaskSet& set, const std::vector<TaskId>& together,
                           const std::vector<FirstTimestamps>& starts, const EvaluatePhases& evaluate,
                           unsigned threads, const std::function<bool()>& stop) {
-  std::vector<TaskId> timers;
+  const std::vector<TaskId> timers = set.timers();
   std::vector<std::vector<TaskId>> moves;  // not of the first timer, since only differences matter
-  for (TaskId id = 0; id < set.size(); ++id) {
-    if (set[id].kind != TaskKind::timer) continue;
-    if (!timers.empty()) moves.push_back({id});
-    timers.push_back(id);
-  }
+  for (std::size_t i = 1; i < timers.size(); ++i) moves.push_back({timers[i]});
   if (together.size() > 1 && together.size() < timers.size()) moves.push_back(together);
   bool complete = true;
   const auto goes_on = [&] { return complete = complete && !stop(); };

@@ -160,10 +160,8 @@ std::string timer_beside_group(const Candidate& candidate) {
     const bool exclusive = set.groups[task.group] == CallbackGroup::mutually_exclusive;
     if (exclusive && task.kind == TaskKind::subscription) with_subscriptions.insert(task.group);
   }
-  for (TaskId id = 0; id < set.size(); ++id) {
-    if (set[id].kind == TaskKind::timer && with_subscriptions.contains(set[id].group) && runs_timers(id))
-      return set[id].name;
-  }
+  for (const TaskId id : set.timers())
+    if (with_subscriptions.contains(set[id].group) && runs_timers(id)) return set[id].name;
   return "";
 }
 

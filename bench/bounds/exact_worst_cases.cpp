@@ -139,8 +139,8 @@ std::string why_to_stop() {
 /// later by `uncertainty`, so that none precedes the beginning.
 void near_phases(TaskSet& set, Duration uncertainty) {
   if (uncertainty == Duration{}) return;
-  for (Task& task : set.tasks) {
-    if (task.kind != TaskKind::timer) continue;
+  for (const TaskId id : set.timers()) {
+    Task& task = set.tasks[id];
     task.release_jitter += 2 * uncertainty;
     if (task.release_jitter < task.period) continue;
     throw ExplorationRefused("timer " + task.name +
@@ -213,8 +213,7 @@ std::string at_least(const Graph& graph, const std::vector<BoundedChain>& chains
 void add_subscriptions(const Graph& graph, const GraphTasks& tasks, const Scheduler& scheduler,
                        const ExplorationOptions& options, GraphBounds& bounds,
                        std::vector<ReachedWorstCase>* reached) {
-  const auto is_timer = [](const Task& task) { return task.kind == TaskKind::timer; };
-  if (std::ranges::all_of(tasks.set.tasks, is_timer)) return;
+  if (tasks.set.timers().size() == tasks.set.size()) return;
   GraphBounds responses;
   try {
     WorstCases worst(tasks, {}, responses);

@@ -80,8 +80,7 @@ void print_graph(const GraphOptions& options) {
     return write_dot(program::data_output(), graph, tasks, deployment);
   }
   if (!options.deployment.empty()) throw program::UsageError("--deployments: add --as dot or cie");
-  std::size_t timers = 0;
-  for (const Task& task : tasks.set.tasks) timers += task.kind == TaskKind::timer;
+  const std::size_t timers = tasks.set.timers().size();
   std::cout << program::text("%s: %s\n%zu nodes, %zu subscriptions, %zu timers, load %.1f %% of one core\n",
                              graph.name.c_str(), graph.description.c_str(), graph.nodes.size(),
                              tasks.set.tasks.size() - timers, timers, load_percent(graph));

@@ -115,13 +115,12 @@ class Analysis {
     if (!trace_ || std::ranges::find(trace_->executors(), executor) == trace_->executors().end()) return;
     for (std::uint32_t r = 0; r < trace_->record().repetitions; ++r) {
       const std::vector<Duration> first = trace_->first_timestamps(callbacks.set, executor, r);
-      for (TaskId a = 0; a < first.size(); ++a) {
-        if (callbacks.set[a].kind != TaskKind::timer) continue;
+      for (const TaskId a : callbacks.set.timers()) {
         if (callbacks.phases_known && first[a] != callbacks.set[a].phase) {
           trace_->fail("its repetition " + std::to_string(r) + " had other phases than these bounds assume");
         }
-        for (TaskId b = 0; b < first.size() && !callbacks.phases_known; ++b) {
-          if (callbacks.set[b].kind != TaskKind::timer) continue;
+        if (callbacks.phases_known) continue;
+        for (const TaskId b : callbacks.set.timers()) {
           const Duration apart =
               std::max(Duration::zero(), callbacks.creation_spread - callbacks.set[b].period);
           if (first[a] - first[b] <= callbacks.set[a].period + apart) continue;

@@ -80,21 +80,17 @@ using Pair = std::pair<TaskId, TaskId>;
 /// Levels of timers as 2, 4, 6, ..., so that each has a free level before and after it.
 Levels ranks(const TaskSet& set, const Levels& levels) {
   std::set<std::int64_t> distinct;
-  for (TaskId id = 0; id < set.size(); ++id)
-    if (set[id].kind == TaskKind::timer) distinct.insert(levels[id]);
+  for (const TaskId id : set.timers()) distinct.insert(levels[id]);
   Levels ranks(levels.size(), 0);
-  for (TaskId id = 0; id < set.size(); ++id)
-    if (set[id].kind == TaskKind::timer)
-      ranks[id] = 2 * (1 + std::distance(distinct.begin(), distinct.find(levels[id])));
+  for (const TaskId id : set.timers())
+    ranks[id] = 2 * (1 + std::distance(distinct.begin(), distinct.find(levels[id])));
   return ranks;
 }
 
 /// The pairs of timers whose jobs or readers contradict the levels most: what ran, and what was ahead of it.
 std::vector<Pair> most_wrong(TaskSet set, const Levels& levels, const Agreement& agreement) {
-  for (TaskId id = 0; id < set.size(); ++id) {
-    set.tasks[id].priority.reset();
-    if (set[id].kind == TaskKind::timer) set.tasks[id].priority = levels[id];
-  }
+  for (Task& task : set.tasks) task.priority.reset();
+  for (const TaskId id : set.timers()) set.tasks[id].priority = levels[id];
   const std::vector<TaskId> origin = most_urgent_timers(set, Policy::fp);
   std::map<Pair, std::uint32_t> wrong;
   for (const auto& [pair, count] : agreement.before) {

@@ -30,9 +30,8 @@ Time on_grid(Time about, Time due, Duration period) {
 
 /// The timers of the system, without those of the node `outside`.
 std::vector<TaskId> timers_of(const RecordedGraph& graph) {
-  std::vector<TaskId> timers;
-  for (TaskId id = 0; id < graph.tasks.set.size(); ++id)
-    if (graph.tasks.set[id].kind == TaskKind::timer && graph.callback_of[id] != kNone) timers.push_back(id);
+  std::vector<TaskId> timers = graph.tasks.set.timers();
+  std::erase_if(timers, [&](TaskId id) { return graph.callback_of[id] == kNone; });
   return timers;
 }
 

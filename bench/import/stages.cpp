@@ -135,9 +135,8 @@ ChosenExecutors choose_executors(const std::vector<Recognition>& recognitions, c
     chosen.labels.push_back(hypothesis.label);
     chosen.order.insert(score->evidence.begin(), score->evidence.end());
     if (hypothesis.entry->traits.policy != Policy::fp) continue;
-    for (TaskId id = 0; id < graph.tasks.set.size(); ++id)
-      if (graph.callback_of[id] != kNone && graph.tasks.set[id].kind == TaskKind::timer &&
-          hypothesis.levels[id] != kLast)
+    for (const TaskId id : graph.tasks.set.timers())
+      if (graph.callback_of[id] != kNone && hypothesis.levels[id] != kLast)
         chosen.priorities[graph.callback_of[id]] = hypothesis.levels[id];
   }
   return chosen;

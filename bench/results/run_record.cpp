@@ -41,9 +41,7 @@ RepetitionRecord record_of(const TaskSet& set, const std::vector<std::string>& c
   record.repetition = repetition.trace.repetition;
   record.usage = repetition.usage;
   record.lost_records = repetition.trace.lost_records;
-  for (const Task& task : set.tasks) {
-    if (task.kind == TaskKind::timer) record.first_timestamps[task.name] = task.phase;
-  }
+  for (const TaskId id : set.timers()) record.first_timestamps[set[id].name] = set[id].phase;
   for (const TaskAccount& account : repetition.accounts) {
     record.expected[set[account.task].name] = account.expected;
   }

@@ -80,19 +80,17 @@ std::vector<Duration> StoredRun::first_timestamps(const TaskSet& set, const std:
                                                   std::uint32_t repetition) const {
   const std::map<std::string, Duration>& stored = run(executor, repetition).first_timestamps;
   std::vector<Duration> first(set.size());
-  std::size_t timers = 0;
-  for (TaskId id = 0; id < set.size(); ++id) {
-    if (set[id].kind != TaskKind::timer) continue;
-    ++timers;
+  const std::vector<TaskId> timers = set.timers();
+  for (const TaskId id : timers) {
     const auto timestamp = stored.find(set[id].name);
     if (timestamp == stored.end()) {
       fail("it has no first timestamp for timer " + set[id].name + "; does it belong to another graph?");
     }
     first[id] = timestamp->second;
   }
-  if (timers != stored.size()) {
-    fail(program::concat("it has first timestamps for ", stored.size(), " timers, the graph has ", timers,
-                         "; does it belong to another graph?"));
+  if (timers.size() != stored.size()) {
+    fail(program::concat("it has first timestamps for ", stored.size(), " timers, the graph has ",
+                         timers.size(), "; does it belong to another graph?"));
   }
   return first;
 }

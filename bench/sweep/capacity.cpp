@@ -163,9 +163,9 @@ std::vector<program::Value> measures_of(const results::ExecutorSummary& executor
 /// losses are not considered: no method bounds them.
 std::optional<std::string> failure_of(const bounds::Guarantees& guaranteed, const TaskSet& set,
                                       const Graph& graph, const Requirement& require) {
-  for (TaskId id = 0; id < set.size(); ++id) {
+  for (const TaskId id : set.timers()) {
     const auto& bound = guaranteed.tasks[id];
-    if (set[id].kind != TaskKind::timer || (bound && Duration(bound->ns) <= set[id].deadline)) continue;
+    if (bound && Duration(bound->ns) <= set[id].deadline) continue;
     return "no bound of " + set[id].name + " within its deadline";
   }
   for (const Chain& named : graph.chains) {

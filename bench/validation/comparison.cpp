@@ -46,10 +46,8 @@ ScheduleSide side_of(const results::Schedule& schedule, const JobOrder& order, c
                     quantiles(std::move(late)),
                     quantiles(std::move(responses)),
                     quantiles(std::move(as_authors))};
-  for (TaskId id = 0; id < set.size(); ++id) {
-    if (set[id].kind == TaskKind::timer)
-      side.lost_percent[set[id].name] = lost_percent(order, set[id], id, until);
-  }
+  for (const TaskId id : set.timers())
+    side.lost_percent[set[id].name] = lost_percent(order, set[id], id, until);
   return side;
 }
 

@@ -78,9 +78,7 @@ void RclcppSystem::add_timer(TaskId task) {
 void RclcppSystem::start(Time epoch, Time end) {
   epoch_ = epoch;
   end_ = end;
-  for (TaskId id = 0; id < tasks_.set.size(); ++id) {
-    if (tasks_.set[id].kind == TaskKind::timer) add_timer(id);
-  }
+  for (const TaskId id : tasks_.set.timers()) add_timer(id);
   for (const auto& node : transport_->nodes()) executor_->add_node(node);
   thread_ = std::thread([this] { spin(); });
   while (!settled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
