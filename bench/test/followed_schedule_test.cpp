@@ -2,7 +2,6 @@
 // Executors that can have run a recording: which they are, how they follow its decisions, and what
 // recognition concludes.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "hotpath/core/platform.hpp"
 #include "import/hypothesis.hpp"

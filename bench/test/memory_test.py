@@ -10,17 +10,9 @@ from pathlib import Path
 
 import shared_memory
 from hotpath_command import HOTPATH, CommandTest
+from simulate_test import TINY_CHAIN
 
-# A chain of three nodes with 1000 jobs per second each, and rows as short as possible.
-CHAIN = """name: chain
-nodes:
-  - {name: S, type: sensor, period_ms: 1}
-  - {name: T, type: transform, input: S}
-  - {name: C, type: command, input: T}
-chains:
-  - {name: path, nodes: [S, T, C], sources: [S], sink: C}
-"""
-SECONDS = 200  # 600,000 jobs
+SECONDS = 200  # 1000 jobs per second of each of three nodes
 NAME = f"hotpath_shared_memory_test_{os.getpid()}"
 
 
@@ -49,7 +41,7 @@ class Memory(CommandTest):
         self.graph = self.folder / "graph.yaml"
 
     def test_a_stored_run_is_read_row_by_row(self) -> None:
-        self.graph.write_text(CHAIN)
+        self.graph.write_text(TINY_CHAIN % (1, 0))
         words = ("--executors", "rm-ro", "--duration", SECONDS, "--warm-up", 0)
         run = self.stored("simulate", self.graph, *words).path
         summary = (run / "summary.json").read_bytes()

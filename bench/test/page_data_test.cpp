@@ -6,7 +6,6 @@
 
 #include <set>
 
-#include "explain/explain_report.hpp"
 #include "page/listed_outputs.hpp"
 #include "page/stored_jobs.hpp"
 

@@ -4,9 +4,6 @@
 
 #include <gmock/gmock.h>
 
-#include <cmath>
-
-#include "hotpath/reference_system/graph_file.hpp"
 #include "reference_nodes.hpp"
 
 namespace hotpath::phase_search_test {

@@ -22,7 +22,7 @@ NS = 1e6  # per ms
 BRIEF = ("--duration", 3, "--warm-up", 0)
 TINY_CHAIN = """name: tiny_chain
 nodes:
-  - {name: S, type: sensor, period_ms: 10}
+  - {name: S, type: sensor, period_ms: %s}
   - {name: T, type: transform, input: S, execution_time_ms: %s}
   - {name: C, type: command, input: T}
 chains:
@@ -67,7 +67,7 @@ class Experiments(SimulateTest):
         platform = (
             "platform: {cores: 2, dispatch_cost_us: 10, delivery_delay_us: 100, execution_times: uniform}\n"
         )
-        graph = self.write("platform.yaml", TINY_CHAIN % 4 + platform)
+        graph = self.write("platform.yaml", TINY_CHAIN % (10, 4) + platform)
         run = self.simulate("--graph", graph, "--executors", "events-ro", *BRIEF, output="file")
         self.assertEqual(run.run["platform"]["dispatch_cost_us"], 10)
         options = ("--cores", 1, "--platform", "dispatch_cost_us=0", "--execution-times", "worst")
@@ -146,7 +146,7 @@ class Timeline(SimulateTest):
             self.assertGreaterEqual(end["ts"], begun[flow]["ts"])
 
     def test_perfetto_trace_has_every_job_and_the_flows_between_them(self) -> None:
-        graph = self.write("chain.yaml", TINY_CHAIN % 4)
+        graph = self.write("chain.yaml", TINY_CHAIN % (10, 4))
         run = self.simulate("--graph", graph, "--executors", "events-ro,rm-re", *BRIEF)
         file = self.folder / "trace.json"
         out = self.accepted("export", "perfetto", run.path, "--executors", "rm-re", "--output", file)

@@ -2,7 +2,6 @@
 #include "hotpath/core/csv.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <sstream>
 

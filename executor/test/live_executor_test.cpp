@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <map>
-#include <mutex>
-#include <new>
 
 #include "hotpath/core/accounting.hpp"
 #include "hotpath/live/clock.hpp"

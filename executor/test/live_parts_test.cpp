@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The parts of the live executors, one at a time.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <array>
 #include <thread>
 
-#include "hotpath/live/clock.hpp"
 #include "hotpath/live/intra_process_transport.hpp"
 #include "hotpath/live/parker.hpp"
 #include "hotpath/live/record_log.hpp"

@@ -3,7 +3,8 @@
 #include "hotpath/core/simulator.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
+
+#include <functional>
 
 #include "schedule_checks.hpp"
 
@@ -124,31 +125,25 @@ class Refusal : public testing::Test {
   SimulationOptions options;
 };
 
-TEST_F(Refusal, OptionsThatCannotBeSatisfied) {
+TEST_F(Refusal, OptionsAndTasksThatCannotBeSimulated) {
   EXPECT_EQ(message(), "");
-  options.platform.cores = 0;
-  EXPECT_THAT(message(), HasSubstr("at least one core"));
-  options.platform.cores = 1;
-  options.platform.set_dispatch_costs(-1ns);
-  EXPECT_THAT(message(), HasSubstr("costs, delays and latencies"));
-  options.platform.set_dispatch_costs(0ns);
-  options.platform.time_slice = 0ns;
-  EXPECT_THAT(message(), HasSubstr("time slice must be positive"));
-}
-
-TEST_F(Refusal, DurationThatIsNotPositiveOrWouldOverflow) {
-  options.duration = 0ns;
-  EXPECT_THAT(message(), HasSubstr("duration must be positive"));
-  options.duration = Duration::max();
-  EXPECT_THAT(message(), HasSubstr("overflow"));
-}
-
-TEST_F(Refusal, TaskThatCannotBeSimulated) {
-  set.tasks[0].period = 0ns;
-  EXPECT_THAT(message(), HasSubstr("task `T0`: the period"));
-  set.tasks[0].period = 10ms;
-  set.tasks[0].phase = Duration::max();
-  EXPECT_THAT(message(), HasSubstr("task `T0`"));
+  Platform& p = options.platform;
+  Task& task = set.tasks[0];
+  const Task whole = task;
+  const std::pair<std::function<void()>, const char*> cases[] = {
+      {[&] { p.cores = 0; }, "at least one core"},
+      {[&] { p.set_dispatch_costs(-1ns); }, "costs, delays and latencies"},
+      {[&] { p.time_slice = 0ns; }, "time slice must be positive"},
+      {[&] { options.duration = 0ns; }, "duration must be positive"},
+      {[&] { options.duration = Duration::max(); }, "overflow"},
+      {[&] { task.period = 0ns; }, "task `T0`: the period"},
+      {[&] { task.phase = Duration::max(); }, "task `T0`"}};
+  for (const auto& [change, said] : cases) {
+    change();
+    EXPECT_THAT(message(), HasSubstr(said));
+    options = {};
+    task = whole;
+  }
 }
 
 TEST_F(Refusal, OverloadStopsAtTheBacklogAndNamesTheUtilisation) {

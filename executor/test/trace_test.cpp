@@ -3,7 +3,6 @@
 #include "hotpath/core/trace.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <sstream>
 

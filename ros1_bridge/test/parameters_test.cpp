@@ -2,7 +2,6 @@
 #include "parameters.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <stdexcept>
 

@@ -4,7 +4,6 @@
 // publishes a topic with a type that the bridge does not expect.
 #include <TelemetryPubSubTypes.h>
 
-#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <fastdds/dds/domain/DomainParticipant.hpp>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The conversion of telemetry, without DDS and ROS.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstring>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
-#include <cstdlib>
 #include <fstream>
 
 #include "hotpath/tracing/ctf_trace.hpp"
