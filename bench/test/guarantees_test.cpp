@@ -89,6 +89,15 @@ TEST(Guarantees, InputsThatTakeTurnsWaitForTheirPhasesOnly) {
   EXPECT_EQ(age(3ms), 5ms);
   EXPECT_EQ(age(60ms), 62ms);
   EXPECT_EQ(age(0ms), 2ms);
+  EXPECT_EQ(age(99ms), 102ms) << "Q may come behind the next sample of P";
+}
+
+TEST(Guarantees, OnSeveralThreadsAJobMayLastAsLongAsItsPeriod) {
+  const Graph graph = load(
+      "name: g\nplatform: {cores: 2}\nnodes:\n"
+      "- {name: S, type: sensor, period_ms: 10, execution_time_ms: 10}\n");
+  const auto all = setup::guarantees(graph, make_tasks(graph), setup::parse_executor("multi:2", {}));
+  EXPECT_EQ(Duration(all.value().tasks.at(0).value().ns), 10ms);
 }
 
 TEST(Guarantees, DataWaitsLongerWhereALateWaitSetSkipsTimestamps) {

@@ -46,8 +46,8 @@ class Recover(CommandTest):
     def defect_of(self, folder: Path) -> Any:
         """A description of the defect of a recovered run; empty: none."""
         run = RunFolder(folder)
-        if run.run["complete"] or not run.run["partial"]:
-            return "it is not marked partial"
+        if run.run["complete"] or not run.run["partial"] or "was killed" not in str(run.run["warnings"]):
+            return "it is not marked partial, or gives no warning"
         if any(f.endswith(".part") for f in run.files()):
             return "parts are left"
         if set(run.jobs()) != {(r["executor"], r["repetition"]) for r in run.run["runs"]}:

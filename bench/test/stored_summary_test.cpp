@@ -4,7 +4,6 @@
 
 #include <gmock/gmock.h>
 
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -132,6 +131,15 @@ TEST_F(StoredSummaryTest, MarksWhatTheKernelCountedInEachRepetition) {
                           FieldsAre(2U, ElementsAre("0.6 % of the time stolen by the hypervisor",
                                                     "6.0 % of the time used by other processes"))));
   EXPECT_EQ(summary.executors[0].executed, 3U) << "they count";
+}
+
+TEST_F(StoredSummaryTest, FirstTimestampsAreThoseOfTheTimersOfTheGraph) {
+  ran("default", 0, 1).first_timestamps = {{"A", 3ms}};
+  ran("default", 1, 1).first_timestamps = {{"A", 3ms}, {"B", 4ms}};
+  const results::StoredRun stored = run();
+  EXPECT_THAT(stored.first_timestamps(set_, "default", 0), ElementsAre(3ms));
+  EXPECT_THAT([&] { static_cast<void>(stored.first_timestamps(set_, "default", 1)); },
+              ThrowsMessage<program::UsageError>(HasSubstr("for 2 timers, the graph has 1")));
 }
 
 TEST_F(StoredSummaryTest, RefusesRepetitionsThatWereMeasuredAgain) {

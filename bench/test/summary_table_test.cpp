@@ -96,8 +96,10 @@ TEST(Table, OfAllDetailsHasOutputsAndJobsAndStaysWithin120ColumnsForAWholeStudy)
 TEST(Table, MarksARatioWhoseIntervalLeavesOutOne) {
   results::Summary s = two_executors();
   s.executors[1].chains[0].end_to_end.median_to_default = Estimate{0.97, Interval{0.9, 1.02}};
+  s.executors[1].chains[0].end_to_end.p99_to_default = Estimate{0.998, std::nullopt};
   s.executors[1].chains[0].end_to_end.max_to_default = Estimate{1.25, Interval{1.1, 1.4}};
-  EXPECT_THAT(plain(s), testing::ContainsRegex("rm-ro +21.2 \\(-3 %\\) .* 26.1 \\(\\+25 %\\)\\* "));
+  EXPECT_THAT(plain(s),
+              testing::ContainsRegex("rm-ro +21.2 \\(-3 %\\) +24.0 \\(0 %\\) +26.1 \\(\\+25 %\\)\\* "));
 }
 
 TEST(Table, ShowsADashAndNoIntervalForWhatWasNotMeasured) {
@@ -163,6 +165,15 @@ TEST(Table, NamesTheTasksThatStarvedTheWorstFirst) {
               testing::EndsWith(
                   "Simulated, 5 repetitions. Left out, as outputs are missing or tasks starve: default."));
   EXPECT_THAT(plain(s), Not(HasSubstr("IMU")));
+}
+
+TEST(Verdict, LeavesOutAnExecutorThatLacksMoreThanFivePercentOfTheOutputs) {
+  results::Summary s = two_executors();
+  for (const std::size_t outputs : {1425U, 1424U}) {
+    s.executors[0].chains[0].end_to_end.quantiles.n = outputs;
+    const bool left_out = results::verdict(s).front().find("Left out") != std::string::npos;
+    EXPECT_EQ(left_out, outputs < 1425) << "of 1500";
+  }
 }
 
 TEST(Table, NumbersHaveThreeDigitsAfterRounding) {

@@ -81,8 +81,8 @@ TEST(Callbacks, AMessageCountsTheLossesSinceTheOneBefore) {
 /// A works from 0 to 10 ms and publishes x after 2 ms, y after 6.5 ms and z at its end.
 TEST(Callbacks, AJobPublishesAtSeveralInstantsBeforeItsEnd) {
   Graph g =
-      graph_of(node_of("A", {"timer: t, period_ms: 20, execution_time_ms: 10, publishes: [z, {topic: y, "
-                             "at_percent: 65}, {topic: x, at_percent: 20}]"}) +
+      graph_of(node_of("A", {"timer: t, period_ms: 20, execution_time_ms: 10, publishes: [{topic: z, "
+                             "at_percent: 100}, {topic: y, at_percent: 65}, {topic: x, at_percent: 20}]"}) +
                command("X", "x") + command("Y", "y") + command("Z", "z"));
   const Simulated one = simulate_graph(g, "events-ro", 20ms);
   EXPECT_THAT(one.starts("X/x"), ElementsAre(10)) << "the only thread is busy";
@@ -96,6 +96,19 @@ TEST(Callbacks, AJobPublishesAtSeveralInstantsBeforeItsEnd) {
   const Simulated two = simulate_graph(g, "multi", 20ms, {}, {.workers = 2});
   EXPECT_THAT(two.starts("X/x"), ElementsAre(2));
   EXPECT_THAT(two.starts("Z/z"), ElementsAre(10));
+}
+
+TEST(Callbacks, EachMessageOfAJobHasTheDataOfItsOwnSet) {
+  const std::string both =
+      "timer: t, period_ms: 10, publishes: "
+      "[{topic: p, when: all_new, of: [P]}, {topic: q, when: all_new, of: [Q]}]";
+  const Simulated s = simulate_text(sensor("P", 10) + sensor("Q", 10) +
+                                        node_of("F", {"subscription: P", "subscription: Q", both}) +
+                                        command("C", "p") + command("D", "q") + chain("P, F, D", "P", "D") +
+                                        "  - {name: own, nodes: [P, F, C], sources: [P], sink: C}\n",
+                                    50ms);
+  EXPECT_FALSE(s.trace.chains.empty());
+  for (const ChainRecord& c : s.trace.chains) EXPECT_EQ(c.chain, 1U) << "P's data is not in q";
 }
 
 TEST(Callbacks, ChainsBeginAtTheTimerThatTheyName) {

@@ -227,6 +227,11 @@ TEST_F(Deployments, MistakesAreReportedWithTheirLine) {
   };
   for (const Mistake& m : mistakes) expect_error(error(m.text), m.line, m.parts);
   EXPECT_THROW(static_cast<void>(find("isolatd")), InputError);
+  Graph within = graph;
+  within.intra_process.insert("FrontLidarDriver");
+  expect_error(error_of("name: d\nexecutors:\n" + a + "process: p, owns: [FrontLidarDriver]}\n" + b + rest,
+                        [&](const std::string& path) { return find_deployment(path, within, tasks); }),
+               4, {"topic FrontLidarDriver is `intra_process`", "from executor a to b of another process"});
 }
 
 }  // namespace hotpath::deployment_test

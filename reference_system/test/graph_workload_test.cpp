@@ -117,6 +117,12 @@ TEST(WorkingJobs, FusionsReplayTheTimesOfJobsThatPublished) {
     job.sequence = 3;
     EXPECT_EQ(times.of(job), 9ms) << measured.tasks.set[fusion].name;
   }
+  Graph unread = g;
+  unread.nodes.pop_back();
+  const Simulated s = simulate_graph(unread, "events-ro", 300ms, {0ms, 10ms});
+  EXPECT_EQ(std::ssize(working_jobs(s.tasks, s.trace).jobs),
+            std::ranges::count(s.trace.jobs, Outcome::ran, &JobRecord::outcome))
+      << "no reader shows which jobs published";
 }
 
 }  // namespace hotpath::graph_workload_test

@@ -141,7 +141,7 @@ TEST_F(PhasesFile, AddsThePeriodToCreationInstants) {
 const std::string kWide =
     "executor,samples,created_ms_SensorA,created_ms_SensorB,created_ms_SensorC\n"
     "default,297,0.000,2.744,5.519\n"
-    "rm-ro (first),247,0.000,3,6\n"
+    "rm-ro (first),247,0.000,3,6\nrm-ro (fifo),9,1,1,1\n"
     "edf-ro (first),9,1,1,1\nedf-ro,9,2,2,2\n";
 
 TEST_F(PhasesFile, ChoosesTheRowOfTheExecutor) {
