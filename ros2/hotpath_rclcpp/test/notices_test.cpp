@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What an executor writes to the log: one line, and each warning once, with names and a remedy.
+#include <algorithm>
 #include <atomic>
 #include <std_msgs/msg/int32.hpp>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The order of callbacks, and error messages for invalid priorities.
 #include <algorithm>
+#include <atomic>
 #include <composition_interfaces/srv/list_nodes.hpp>
 #include <filesystem>
 #include <fstream>
