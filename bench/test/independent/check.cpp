@@ -36,8 +36,19 @@ class Check {
  public:
   Check(std::string hotpath, std::string folder) : hotpath_(std::move(hotpath)), folder_(std::move(folder)) {}
 
-  const Counts& counts() const { return counts_; }
-  bool found(int fault) const { return found_[static_cast<std::size_t>(fault)]; }
+  /// Returns the exit code.
+  int report() const {
+    const Counts& c = counts_;
+    std::cout << c.graphs << " graphs, " << c.schedules << " schedules, " << c.jobs << " jobs, " << c.losses
+              << " losses and empty events, " << c.outputs << " latencies (" << c.duplicates
+              << " with duplicates), " << c.bounds << " bounds (" << c.of_threads << " of deployments), "
+              << c.exact << " exact values (" << c.not_explored << " graphs not explored): " << c.differences
+              << " differences\n";
+    for (std::size_t f = 1; f < found_.size(); ++f)
+      if (!found_[f]) std::cout << "planted error " << f << " was not found\n";
+    const bool all = std::ranges::all_of(found_.begin() + 1, found_.end(), std::identity());
+    return c.differences == 0 && all && c.exact > c.graphs && c.of_threads > c.graphs ? 0 : 1;
+  }
 
   void check(std::uint64_t seed) {
     file_ = folder_ + "/" + std::to_string(seed) + ".yaml";
@@ -163,7 +174,7 @@ class Check {
   /// Notes which errors in the simulator make its schedule differ.
   void plant(Deployment deployment, const Conditions& conditions, const auto& differs) {
     for (int f = 1; f < kFaults; ++f) {
-      if (found(f)) continue;
+      if (found_[static_cast<std::size_t>(f)]) continue;
       deployment.fault = static_cast<Fault>(f);
       found_[static_cast<std::size_t>(f)] = differs(simulate(graph_, deployment, conditions, draw_));
     }
@@ -314,29 +325,8 @@ class Check {
   std::array<bool, static_cast<std::size_t>(kFaults)> found_{};
 };
 
-int run(const std::vector<std::string>& arguments) {
-  if (arguments.size() != 4) {
-    std::cerr << "usage: independent_check HOTPATH FOLDER FIRST_SEED GRAPHS\n";
-    return 2;
-  }
-  std::filesystem::create_directories(arguments[1]);
-  Check check(arguments[0], arguments[1]);
-  const std::uint64_t first = std::stoull(arguments[2]), graphs = std::stoull(arguments[3]);
-  for (std::uint64_t seed = first; seed < first + graphs; ++seed) check.check(seed);
-  const Counts& c = check.counts();
-  std::cout << c.graphs << " graphs, " << c.schedules << " schedules, " << c.jobs << " jobs, " << c.losses
-            << " losses and empty events, " << c.outputs << " latencies (" << c.duplicates
-            << " with duplicates), " << c.bounds << " bounds (" << c.of_threads << " of deployments), "
-            << c.exact << " exact values (" << c.not_explored << " graphs not explored): " << c.differences
-            << " differences\n";
-  int missed = 0;
-  for (int f = 1; f < kFaults; ++f)
-    if (!check.found(f) && ++missed > 0) std::cout << "planted error " << f << " was not found\n";
-  return c.differences == 0 && missed == 0 && c.exact > c.graphs && c.of_threads > c.graphs ? 0 : 1;
-}
-
 }  // namespace
 
 }  // namespace independent
 
-int main(int count, char** arguments) { return independent::run({arguments + 1, arguments + count}); }
+int main(int count, char** arguments) { return independent::run_check<independent::Check>(count, arguments); }

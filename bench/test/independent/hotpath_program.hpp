@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
 #include <map>
 #include <string>
 #include <utility>
@@ -38,5 +41,21 @@ using Target = std::pair<std::string, std::string>;
 
 /// The largest value of each target. `duplicates`: also of outputs with several jobs of one source.
 std::map<Target, Nanoseconds> largest(const Graph& graph, const Result& result, bool duplicates);
+
+/// Checks the graphs of these seeds with the program and in the folder that the arguments name;
+/// HOTPATH_CASES: how many.
+template <class Check>
+int run_check(int count, const char* const* arguments) {
+  if (count != 5) {
+    std::cerr << "usage: " << arguments[0] << " HOTPATH FOLDER FIRST_SEED GRAPHS\n";
+    return 2;
+  }
+  std::filesystem::create_directories(arguments[2]);
+  Check check(arguments[1], arguments[2]);
+  const char* const cases = std::getenv("HOTPATH_CASES");
+  const std::uint64_t first = std::stoull(arguments[3]), graphs = std::stoull(cases ? cases : arguments[4]);
+  for (std::uint64_t seed = first; seed < first + graphs; ++seed) check.check(seed);
+  return check.report();
+}
 
 }  // namespace independent

@@ -2,12 +2,10 @@
 // Compares the exact worst cases of hotpath under executors with several threads with those of a model of
 // rclcpp, which takes every execution time in whole nanoseconds: both must be equal. Plants errors in the
 // model and expects the comparison to find each.
-#include <cstdlib>
-#include <filesystem>
-#include <iostream>
 #include <unordered_set>
 
 #include "generator.hpp"
+#include "hotpath_program.hpp"
 #include "threads.hpp"
 
 namespace independent {
@@ -121,21 +119,8 @@ class Check {
   std::array<bool, kPlanted> found_{};
 };
 
-int run(const std::vector<std::string>& arguments) {
-  if (arguments.size() != 4) {
-    std::cerr << "usage: independent_threads_check HOTPATH FOLDER FIRST_SEED GRAPHS\n";
-    return 2;
-  }
-  std::filesystem::create_directories(arguments[1]);
-  Check check(arguments[0], arguments[1]);
-  const char* const cases = std::getenv("HOTPATH_CASES");
-  const std::uint64_t first = std::stoull(arguments[2]), graphs = std::stoull(cases ? cases : arguments[3]);
-  for (std::uint64_t seed = first; seed < first + graphs; ++seed) check.check(seed);
-  return check.report();
-}
-
 }  // namespace
 
 }  // namespace independent
 
-int main(int count, char** arguments) { return independent::run({arguments + 1, arguments + count}); }
+int main(int count, char** arguments) { return independent::run_check<independent::Check>(count, arguments); }
