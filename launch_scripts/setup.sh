@@ -31,7 +31,7 @@ elif [ "${1:-}" = test ]; then
   packages+=("${ros[@]}")
   packages+=(
     libgtest-dev libgmock-dev libbenchmark-dev clang clang-format clang-tidy libclang-rt-14-dev black flake8 mypy python3-pytest python3-jsonschema chromium
-    ccache colcon python3-colcon-metadata python3-colcon-package-information python3-colcon-ros python3-colcon-cmake python3-colcon-bash python3-colcon-test-result
+    ccache colcon python3-colcon-metadata python3-colcon-package-information python3-colcon-ros python3-colcon-cmake python3-colcon-bash python3-colcon-parallel-executor python3-colcon-test-result
     libbenchmark-tools python3-scipy
     chromium-driver python3-selenium node-typescript esbuild
   )

@@ -28,6 +28,7 @@ use_compiler_cache() {
     export CMAKE_CXX_COMPILER_LAUNCHER=ccache
     # What ccache needs to store compilations with precompiled headers.
     export CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
+    export CCACHE_DEPEND=1  # without preprocessing what it does not store yet
   fi
 }
 # step NAME COMMAND...: runs the command and prints how long it took.
