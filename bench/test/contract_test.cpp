@@ -254,12 +254,13 @@ TEST(StatedContract, HasAnEntryForAService) {
 }
 
 /// The terms of a reader with this work and depth, whose timer with a period of 10 ms waits for another one.
-std::vector<Term> terms_of_reader(const char* executor, double work_ms, int depth) {
+std::vector<Term> terms_of_reader(const char* executor, double work_ms, int depth, double jitter_ms = 0) {
   Graph graph = load(program::text(
-      "name: g\nnodes:\n- {name: T, type: sensor, period_ms: 10, execution_time_ms: 2, output: t}\n"
+      "name: g\nnodes:\n- {name: T, type: sensor, period_ms: 10, execution_time_ms: 2, output: t,"
+      " release_jitter_ms: %g}\n"
       "- {name: L, type: sensor, period_ms: 50, execution_time_ms: 5}\n"
       "- {name: R, type: callbacks, callbacks: [{subscription: t, depth: %d, execution_time_ms: %g}]}\n",
-      depth, work_ms));
+      jitter_ms, depth, work_ms));
   graph.platform.release_cost = from_ms(0.1);
   graph.platform.time_slice = from_ms(5);
   return stated(graph, setup::parse_executor(executor, {})).callbacks.at(2).terms;
@@ -274,6 +275,8 @@ TEST(StatedContract, PromisesNoLossIfTheQueueHoldsWhatComesDuringAResponse) {
 TEST(StatedContract, CountsInABudgetTheReleasesThatATimeSliceDelayed) {
   EXPECT_EQ(find(terms_of_reader("events-ro", 2, 1), Clause::budget)->limit, from_ms(2.2).count());
   EXPECT_EQ(find(terms_of_reader("events-ro", 5, 1), Clause::budget)->limit, from_ms(5.3).count());
+  EXPECT_EQ(find(terms_of_reader("events-ro", 2, 1, 4), Clause::budget)->limit, from_ms(2.3).count())
+      << "a late release and the next one on time";
 }
 
 /// `budget_ms` of the timer of each thread, in ms; 0: none. Behind it `wait` if its waits have a limit.
