@@ -60,7 +60,8 @@ std::string price(const Candidate& winner, const Candidate& baseline) {
       prices.push_back(concat(timer->task, " starts up to ", shown_number(timer->period_deviation_ms.p99),
                               " ms off its period instead of ", shown_number(before)));
   }
-  if (ExecutorLabel(winner.name()).name.find("-re") != std::string::npos)
+  const ExecutorEntry* const entry = find_executor(ExecutorLabel(winner.name()).name);
+  if (entry != nullptr && entry->traits.timers == TimerHandling::release_and_execute)
     prices.emplace_back("timers' callbacks run in a second thread, so they must share no data unlocked");
   return prices.empty() ? "" : " Price: " + program::joined(prices, "; ") + ".";
 }

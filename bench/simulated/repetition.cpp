@@ -37,7 +37,6 @@ class RunTotals final : public JobSink {
       if (!timestamp || *timestamp >= counted_from_) repetition.trace.chains.push_back(chains_.join(o));
     }
     repetition.measures = measures_.result();
-    for (results::TaskMeasures& task : repetition.measures) task.period_deviation_ms.min = kNoValue;
   }
 
  private:
