@@ -38,8 +38,8 @@ std::string graph_name(const std::string& ros_name, bool is_node) {
 EntityKind entity_of(const tracing::Callback& callback) {
   if (callback.kind == CallbackKind::service) return EntityKind::service;
   if (callback.kind == CallbackKind::client) return EntityKind::client;
-  const bool is_waitable = callback.kind == CallbackKind::unannounced || callback.intra_process;
-  return is_waitable || callback.of_action ? EntityKind::waitable : EntityKind::subscription;
+  if (callback.kind == CallbackKind::unannounced || callback.of_action) return EntityKind::waitable;
+  return callback.intra_process ? EntityKind::intra_process : EntityKind::subscription;
 }
 
 bool is_beside_topics(CallbackKind kind) {

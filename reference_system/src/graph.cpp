@@ -22,11 +22,11 @@ Task make_task(const Graph& graph, const Node& node, const Callback& callback, s
   task.priority = callback.priority;
   task.group = first_group + callback.group;
   task.entity = callback.entity;
-  task.service = callback.entity != EntityKind::subscription;
+  task.service = is_service(callback.entity);
   if (!callback.input) return task;
   const Input& input = node.inputs[*callback.input];
   task.depth = input.depth;
-  if (!task.service && graph.intra_process.contains(input.topic)) task.entity = EntityKind::waitable;
+  if (!task.service && graph.intra_process.contains(input.topic)) task.entity = EntityKind::intra_process;
   return task;
 }
 

@@ -31,7 +31,9 @@ class Reader {
       if (!topic.second["intra_process"] || !topic.second["intra_process"].as<bool>()) continue;
       for (const int reader : readers_[topic.first.as<std::string>()]) {
         Task& task = graph_.tasks[static_cast<std::size_t>(reader)];
-        if (!task.guaranteed) task.kind = "waitable";
+        if (task.guaranteed) continue;
+        task.kind = "waitable";
+        task.intra_process = true;
       }
     }
     for (Task& task : graph_.tasks) {

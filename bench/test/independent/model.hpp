@@ -37,6 +37,7 @@ struct Task {
   std::optional<std::int64_t> priority{};
   std::size_t depth = 1;
   std::string kind = "subscription";  ///< Or timer, service, client, waitable.
+  bool intra_process = false;         ///< A waitable that is asked only when its turn comes.
   bool guaranteed = false;            ///< See Graph::service_wait.
   Nanoseconds best = 0, worst = 0;    ///< Execution times.
   std::vector<Publication> publications{};

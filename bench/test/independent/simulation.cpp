@@ -172,8 +172,11 @@ class Simulation {
 
   std::optional<Ready> decide(ThreadState& thread) {
     const Executor& executor = thread.thread.executor;
-    if (executor.family == Family::wait_set && (thread.queue.empty() || faulty(Fault::polls_after_each_job)))
-      poll(thread);
+    if (executor.family == Family::wait_set) {
+      pass_waitables(thread);
+      if (thread.queue.empty() || faulty(Fault::polls_after_each_job)) poll(thread);
+      pass_waitables(thread);
+    }
     if (executor.family == Family::groups && !faulty(Fault::groups_ignored)) {
       if (thread.ready_groups.empty()) return std::nullopt;
       const int group = thread.ready_groups.front();
@@ -219,10 +222,21 @@ class Simulation {
       for (std::size_t t = 0; t < tasks_.size(); ++t) {
         const Task& task = graph_.tasks[t];
         if (task.kind != kind || &thread_of(static_cast<int>(t)) != &thread) continue;
-        if (task.timer ? tasks_[t].next_call <= now_ : !tasks_[t].unread.empty())
+        if (task.timer ? tasks_[t].next_call <= now_ : !tasks_[t].unread.empty() || is_asked_in_turn(task))
           thread.queue.push_back({static_cast<int>(t), 0, 0, now_});
       }
     }
+  }
+
+  /// Waitables of topics within a process are in each snapshot, and asked for samples at their turn.
+  bool is_asked_in_turn(const Task& task) const {
+    return task.intra_process && !faulty(Fault::waitables_asked_early);
+  }
+
+  void pass_waitables(ThreadState& thread) {
+    while (!thread.queue.empty() && is_asked_in_turn(task(thread.queue.front().task)) &&
+           state(thread.queue.front().task).unread.empty())
+      thread.queue.erase(thread.queue.begin());
   }
 
   /// rcl's call(): skips timestamps that have passed, for executors that call when they pick.

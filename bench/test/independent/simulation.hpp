@@ -35,6 +35,7 @@ enum class Fault {
   not_preempted,            // a thread that runs a job keeps the processor
   one_processor,            // all threads share the first processor
   services_wait,            // a service that has waited does not run next
+  waitables_asked_early,    // for samples within a process when the wait ends
   count                     // not a fault
 };
 

@@ -22,8 +22,9 @@ Made make_default(const TaskSet& set, const Options& options) {
   return std::make_unique<WaitSetScheduler>(set, 1, Blocked::forgotten, options.entity_order);
 }
 
+template <StaticScheduler::Runs runs>
 Made make_static(const TaskSet& set, const Options& options) {
-  return std::make_unique<StaticScheduler>(set, options.entity_order);
+  return std::make_unique<StaticScheduler>(set, options.entity_order, runs);
 }
 
 unsigned multi_workers(const Options& options, unsigned most = kMaxWorkers) {
@@ -90,6 +91,8 @@ Made make_re(const TaskSet& set, const Options& options) {
 // thread of every release-only executor.
 constexpr ReferenceCosts kEventsCosts = {
     .cores = 1, .dispatch = 1us, .wake_up = 70us, .wait = 0us, .wait_per_entity = 0us};
+constexpr ReferenceCosts kStaticCosts = {
+    .cores = 1, .dispatch = 3us, .wake_up = 180us, .wait = 8us, .wait_per_entity = 150ns};
 constexpr ReferenceCosts kMultiCosts = {
     .cores = 2, .dispatch = 20us, .wake_up = 190us, .wait = 84us, .wait_per_entity = 150ns};
 
@@ -156,10 +159,16 @@ constexpr std::array kExecutors = {
         wait_set(TaskKind::timer, false, true, RosDistros{}, {1, 5us, 190us, 41us, 150ns}, "#E08A00"),
         make_default},
     ExecutorEntry{"static", "StaticSingleThreadedExecutor",
-                  "wait set, runs all that is ready, subscriptions first",
+                  "wait set, runs all that is ready, subscriptions first; rclcpp to 26 (Humble, Iron)",
                   wait_set(TaskKind::subscription, false, true, RosDistros{.last = RosDistro::jazzy},
-                           {1, 3us, 180us, 8us, 150ns}, "#C8502B"),
-                  make_static},
+                           kStaticCosts, "#C8502B"),
+                  make_static<StaticScheduler::Runs::all>},
+    ExecutorEntry{"static-jazzy", "StaticSingleThreadedExecutor",
+                  "wait set, waits after each job, subscriptions first; rclcpp 28 (Jazzy)",
+                  wait_set(TaskKind::subscription, false, false,
+                           RosDistros{.first = RosDistro::jazzy, .last = RosDistro::jazzy}, kStaticCosts,
+                           "#8C3A22"),
+                  make_static<StaticScheduler::Runs::one>},
     ExecutorEntry{"multi", "MultiThreadedExecutor",
                   "wait set shared by several threads; rclcpp to 26 (Humble, Iron)",
                   wait_set(TaskKind::timer, true, false, RosDistros{}, kMultiCosts, "#A8882A"),

@@ -7,9 +7,10 @@
 namespace hotpath {
 
 WaitSet::WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first,
-                 const std::vector<TaskId>& entity_order)
+                 const std::vector<TaskId>& entity_order, Asked asked)
     : ExploredScheduler(set, workers, false),
       runs_first_(runs_first),
+      asked_(asked),
       timer_index_(set.size(), 0),
       snapshot_(set.size()),
       group_busy_(set.groups.size(), false) {
@@ -101,6 +102,7 @@ Decision WaitSetScheduler::begin_wait(Worker worker, Time now) {
 }
 
 Decision StaticScheduler::decide(Worker, Time now) {
+  if (runs_ == Runs::one) forget_snapshot();
   Decision decision{next_ready(now), kNever, {}};
   if (!decision.job) {
     forget_snapshot();
@@ -115,7 +117,7 @@ Decision StaticScheduler::decide(Worker, Time now) {
 
 RebuiltWaitSetScheduler::RebuiltWaitSetScheduler(const TaskSet& set, unsigned workers,
                                                  const std::vector<TaskId>& entity_order)
-    : WaitSet(set, workers, TaskKind::timer, entity_order),
+    : WaitSet(set, workers, TaskKind::timer, entity_order, Asked::at_turn),
       waited_(entities()),
       is_waited_for_(set.size(), true) {}
 

@@ -23,10 +23,15 @@ constexpr auto enum_texts(TaskKind) { return texts_in_order<TaskKind>({"timer", 
 
 /// What stands for a subscription task in rclcpp, which offers ready entities kind by kind
 /// (in_order_of_kinds). An action's server or client is a waitable, and so is a subscription within its
-/// publisher's process if the topic is delivered there without the middleware (intra-process communication).
-enum class EntityKind : std::uint8_t { subscription, service, client, waitable };
+/// publisher's process to which samples come without the middleware (intra-process communication).
+enum class EntityKind : std::uint8_t { subscription, service, client, waitable, intra_process };
 constexpr auto enum_texts(EntityKind) {
-  return texts_in_order<EntityKind>({"subscription", "service", "client", "waitable"});
+  return texts_in_order<EntityKind>({"subscription", "service", "client", "waitable", "intra_process"});
+}
+
+/// Whether a job of this kind should not wait without limit (SchedulerOptions::service_wait).
+[[nodiscard]] constexpr bool is_service(EntityKind kind) {
+  return kind != EntityKind::subscription && kind != EntityKind::intra_process;
 }
 
 /// rclcpp's callback groups: tasks of one mutually exclusive group never overlap in a multi-threaded
@@ -94,6 +99,7 @@ struct TaskSet {
     case EntityKind::client:
       return timers_first ? 3 : 2;
     case EntityKind::waitable:
+    case EntityKind::intra_process:
       break;
   }
   return 4;

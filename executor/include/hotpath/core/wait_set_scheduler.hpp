@@ -39,24 +39,33 @@ class WaitSet : public ExploredScheduler {
     forget,  ///< Continue with the next task; this one waits for the next poll.
   };
 
-  /// A snapshot is in_order_of_kinds().
-  WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first, const std::vector<TaskId>& entity_order);
+  /// When an intra-process subscription, which rclcpp asks itself whether it has a sample, is asked.
+  enum class Asked : std::uint8_t {
+    at_poll,  ///< As all others: rclcpp up to 26 (allocator_memory_strategy.hpp).
+    at_turn,  ///< When those before it in the snapshot have run: from 28 on (wait_result.hpp).
+  };
 
-  /// Appends the ready tasks for which `eligible(TaskId)` is true to the snapshot. Returns the
-  /// number of tasks in the wait set.
+  /// A snapshot is in_order_of_kinds().
+  WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first, const std::vector<TaskId>& entity_order,
+          Asked asked);
+
+  /// Appends the ready tasks for which `eligible(TaskId)` is true to the snapshot, and those that are
+  /// asked later. Returns the number of tasks in the wait set.
   template <class Eligible>
   std::uint32_t poll(Time now, Eligible&& eligible) {
     const Timer* timer = timers_.data();
     for (const TaskId id : entities_) {
-      if (unread_.is_subscription(id) ? unread_.count(id) == 0 : !timer++->is_ready(now)) continue;
+      if (unread_.is_subscription(id) ? unread_.count(id) == 0 && !is_asked_at_turn(id)
+                                      : !timer++->is_ready(now))
+        continue;
       if (eligible(id)) snapshot_.add(id, now);
     }
     return static_cast<std::uint32_t>(entities_.size());
   }
 
-  /// Adds only `task`, if it is ready.
+  /// Adds only `task`, if it is ready or asked later.
   void poll_task(TaskId task, Time now) {
-    if (is_ready(task, now)) snapshot_.add(task, now);
+    if (is_ready(task, now) || is_asked_at_turn(task)) snapshot_.add(task, now);
   }
 
   void forget_snapshot() { snapshot_.clear(); }
@@ -67,6 +76,7 @@ class WaitSet : public ExploredScheduler {
   template <class Decide>
   std::optional<Job> take(Time now, Decide&& pick) {
     const TaskId id = snapshot_.take_first([&](TaskId task) {
+      if (is_asked_at_turn(task) && unread_.count(task) == 0) return Pick::forget;
       const Pick action = pick(task);
       return action == Pick::run && !may_run(task) ? Pick::leave : action;
     });
@@ -167,8 +177,12 @@ class WaitSet : public ExploredScheduler {
   };
 
   [[nodiscard]] std::uint32_t group(TaskId task) const { return set_.tasks[task].group; }
+  [[nodiscard]] bool is_asked_at_turn(TaskId task) const {
+    return asked_ == Asked::at_turn && set_.tasks[task].entity == EntityKind::intra_process;
+  }
 
   const TaskKind runs_first_;
+  const Asked asked_;
   std::vector<TaskId> entities_;
   std::vector<Timer> timers_;               // in the order of entities_
   std::vector<std::uint32_t> timer_index_;  // by task
@@ -241,7 +255,8 @@ class WaitSetScheduler final : public WaitSet {
   /// `workers` in [1, kMaxWorkers]; with one worker no group is ever busy when it looks for work.
   WaitSetScheduler(const TaskSet& set, unsigned workers, Blocked blocked = Blocked::forgotten,
                    const std::vector<TaskId>& entity_order = {})
-      : WaitSet(set, workers, TaskKind::timer, entity_order), blocked_(blocked) {}
+      : WaitSet(set, workers, TaskKind::timer, entity_order, workers == 1 ? Asked::at_turn : Asked::at_poll),
+        blocked_(blocked) {}
 
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time) override {
     return {is_waited_for(task) ? wait_mutex_.waiting() : WorkerSet{}, add_unread(task, sample)};
@@ -281,14 +296,20 @@ class WaitSetScheduler final : public WaitSet {
   WaitMutex wait_mutex_;
 };
 
-/// rclcpp 26.0.0 StaticSingleThreadedExecutor (static_single_threaded_executor.cpp): after each
-/// wait it runs all executables that the wait found ready. Subscriptions run first, then timers,
-/// then services and clients, each kind in entity order; a timer must still be ready when its turn
-/// comes. Callback groups are ignored.
+/// rclcpp's StaticSingleThreadedExecutor (static_single_threaded_executor.cpp): after each wait it runs
+/// the executables that the wait found ready. Subscriptions run first, then timers, then services and
+/// clients, each kind in entity order; a timer must still be ready when its turn comes. Callback groups
+/// are ignored.
 class StaticScheduler final : public WaitSet {
  public:
-  explicit StaticScheduler(const TaskSet& set, const std::vector<TaskId>& entity_order = {})
-      : WaitSet(set, 1, TaskKind::subscription, entity_order) {}
+  enum class Runs : std::uint8_t {
+    all,  ///< rclcpp up to 26.
+    one,  ///< From 28 on spin() runs one executable per wait (spin_once_impl()).
+  };
+
+  explicit StaticScheduler(const TaskSet& set, const std::vector<TaskId>& entity_order = {},
+                           Runs runs = Runs::all)
+      : WaitSet(set, 1, TaskKind::subscription, entity_order, Asked::at_turn), runs_(runs) {}
 
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time) override {
     return {WorkerSet::of(0), add_unread(task, sample)};
@@ -308,6 +329,7 @@ class StaticScheduler final : public WaitSet {
     });
   }
 
+  const Runs runs_;
   bool sleeps_ = false;  // whether the worker sleeps in rcl_wait
 };
 

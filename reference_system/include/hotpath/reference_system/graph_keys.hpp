@@ -121,7 +121,7 @@ inline constexpr auto kAll = std::to_array<GraphKey>({
     {"service_wait_ms", keys_in(graph), time, "0"},
     {"topics", keys_in(graph), form},
     {"publishers", keys_in(topic_rule), word, "one"},
-    {"intra_process", keys_in(topic_rule), word, "false"},
+    {"intra_process", keys_in(topic_rule, subscription), word, "false"},
     {"delivery", keys_in(topic_rule), form},
     {"nodes", keys_in(graph), list, "", "[{name: NAME, type: sensor, period_ms: 100}]"},
     {"nodes", keys_in(chain), list, "", "[SOURCE, ..., SINK]"},
