@@ -53,6 +53,11 @@ def dashes_of(executors: Sequence[str]) -> list[list[int]]:
     return made
 
 
+def in_widths(dashes: Sequence[int]) -> list[float]:
+    """As multiples of a line's width: the page's lines are two points wide."""
+    return [length / 2 for length in dashes]
+
+
 def new_figure(
     height: float, rows: int = 1, columns: int = 1, share_y: bool = False
 ) -> tuple[Figure, list[Axes]]:

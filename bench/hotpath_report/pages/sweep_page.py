@@ -15,7 +15,6 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 from hotpath_report import style
 from hotpath_report.errors import InputError
-from hotpath_report.figures.maps import dashes
 from hotpath_report.figures.violins import Drawing
 from hotpath_report.files import Rows, read_document, value_of
 from hotpath_report.pages.interactive import ENDS, Points, of_samples, plot
@@ -82,10 +81,10 @@ def draw_lines(axes: Axes, drawn: dict[str, Any]) -> None:
         x, value, low, high = (np.array(line[key], dtype=float) for key in ("x", *ENDS))
         ends = [np.where(np.isnan(end), value, end) for end in (low, high)]
         axes.fill_between(x, *ends, color=line["colour"], alpha=0.18, linewidth=0)
-        look: Any = {"linestyle": dashes(line["executor"]), "marker": "o" if len(x) < 30 else ""}
+        look: Any = {"dashes": style.in_widths(line["dash"]), "marker": "o" if len(x) < 30 else ""}
         axes.plot(x, value, color=line["colour"], markersize=2.8, **look)
     axes.set(xlabel=drawn["x"], title=drawn["title"])
-    if "(ms)" in drawn["title"] and axes.get_ylim()[1] > 8 * max(axes.get_ylim()[0], 1e-9):
+    if drawn["log"]:
         axes.set_yscale("log")
         axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         axes.yaxis.set_minor_locator(NullLocator())
@@ -97,7 +96,8 @@ def lines(plots: Plots, executors: list[str]) -> Figure:
     figure, panels = style.new_figure(3.6, 1, 2)
     for axes, drawn in zip(panels, plots):
         draw_lines(axes, drawn)
-    handles = [style.line(e, color=style.colour_of(e), linestyle=dashes(e)) for e in executors]
+    looks = zip(executors, map(style.in_widths, style.dashes_of(executors)))
+    handles = [style.line(e, color=style.colour_of(e), dashes=dashes) for e, dashes in looks]
     style.add_key(figure, [*handles, style.patch("95 % interval over repetitions", alpha=0.3)], 6)
     return figure
 
