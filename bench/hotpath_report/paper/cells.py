@@ -86,12 +86,10 @@ class Cell:
 
 
 def cells_of(source: str, mode: Any) -> Iterator[Cell]:
-    """The cells of all entries of a source: one per label of the entry or of the mode, live also one per repetition and
-    executor."""
+    """The cells of all entries of a source: one per label, live also one per repetition and executor."""
     for spec in SPEC[source]:
         on_timers, live = spec["study"].startswith("timers"), source == "live"
         labels, executors = spec.get("labels", UTILISATIONS if on_timers else [""]), spec.get("executors", [])
-        labels = getattr(mode, labels) if isinstance(labels, str) else labels
         executors = EXECUTORS[executors] if isinstance(executors, str) else executors
         once = (1, getattr(mode, spec.get("duration_s", ""), 0))
         repetitions, duration_s = getattr(mode, spec["lengths"]) if live else once
@@ -107,7 +105,7 @@ def cells_of(source: str, mode: Any) -> Iterator[Cell]:
                 duration_s=duration_s,
                 warm_up_s=mode.warm_up_s,
                 repetition=repetition,
-                options=tuple(option.format(label=label, mode=mode) for option in spec.get("options", [])),
+                options=tuple(option.format(mode=mode) for option in spec.get("options", [])),
                 cores=spec.get("cores", 1),
             )
 

@@ -8,11 +8,11 @@ from itertools import product
 
 from hotpath_report import style
 from hotpath_report.errors import Missing
-from hotpath_report.figures import bounds, hot_path, maps, timers, violins
+from hotpath_report.figures import bounds, hot_path, phases, timers, violins
 from hotpath_report.figures.timers import GROUPS
 from hotpath_report.figures.violins import Drawing, Row
 from hotpath_report.pages.writer import HEADER, Table, compared, percentile_cells
-from hotpath_report.paper.cells import EXECUTORS, PAPER_LOAD_PERCENT, UTILISATIONS
+from hotpath_report.paper.cells import EXECUTORS, UTILISATIONS
 from hotpath_report.paper.checks import WITH_COST, need
 from hotpath_report.paper.evidence import Evidence
 from hotpath_report.run import SOURCES
@@ -151,36 +151,6 @@ def release_cost(evidence: Evidence) -> Parts:
     yield Table(title, ["timers", "passes", "median ns", "p99 ns", "max ns"], rows)
 
 
-def load_points(evidence: Evidence) -> dict[tuple[str, str], dict[int, Samples]]:
-    """Hot path over load by source and executor; the live point at the paper's load comes from the study
-    `autoware`."""
-    points: dict[tuple[str, str], dict[int, Samples]] = {}
-    for (study, source, load, executor), samples in evidence.all_latencies.items():
-        papers = (study, source, load) == ("autoware", "live", PAPER_LOAD_PERCENT)
-        if study == "load" or (papers and executor in EXECUTORS["live_map"]):
-            points.setdefault((source, executor), {})[load] = samples
-    if not any(len(found) > 1 for found in points.values()):
-        raise Missing
-    return points
-
-
-def over_load(evidence: Evidence) -> Parts:
-    keys = sorted((source, e, load) for study, source, load, e in evidence.all_latencies if study == "load")
-    rows = []
-    for source, executor, load in keys:
-        samples = evidence.all_latencies["load", source, load, executor]
-        rows.append([executor, source, f"{load} %", len(samples), *percentile_cells(samples)])
-    header = ["executor", "source", "load", "samples", "median ms", "p99 ms", "worst ms"]
-    yield Table("Hot-path latency over load", header, rows, folded=True)
-    points = load_points(evidence)
-    table = violins.percentile_table(
-        ({"source": source, "executor": executor, "load_percent": load}, samples)
-        for (source, executor), found in sorted(points.items())
-        for load, samples in sorted(found.items())
-    )
-    yield Drawing(maps.over_load(points, EXECUTORS["map"]), table)
-
-
 def over_phases(evidence: Evidence) -> Parts:
     rows, draws = [], {}
     for source, executor in product(SOURCES, EXECUTORS["all_on_autoware"]):
@@ -192,9 +162,11 @@ def over_phases(evidence: Evidence) -> Parts:
     header = ["executor", "source", "draws", "medians ms"]
     header += ["best draw's worst ms", "median draw's", "worst draw's"]
     yield Table("Draws of random phases", header, rows)
-    draws = {(s, e): draws[s, e] for s, e in product(SOURCES, EXECUTORS["map"]) if (s, e) in draws}
+    draws = {(s, e): draws[s, e] for s, e in product(SOURCES, EXECUTORS["with_phases"]) if (s, e) in draws}
     need(draws)
-    creation = {e: s.worst for e in EXECUTORS["map"] if (s := evidence.latencies("autoware", "simulated", e))}
+    creation = {
+        e: s.worst for e in EXECUTORS["with_phases"] if (s := evidence.latencies("autoware", "simulated", e))
+    }
     columns = ("source", "executor", "draw", "median_ms", "worst_ms")
     table = [dict(zip(columns, (*key, k, *of))) for key, found in draws.items() for k, of in enumerate(found)]
-    yield Drawing(maps.over_phases(draws, creation, EXECUTORS["map"]), table)
+    yield Drawing(phases.over_phases(draws, creation, EXECUTORS["with_phases"]), table)

@@ -19,7 +19,7 @@ from hotpath_report.pages.text import environment
 from hotpath_report.pages.writer import Section, Table, make_figure, write_page
 from hotpath_report.paper import evidence as evidence_of
 from hotpath_report.paper import items as parts_of
-from hotpath_report.paper.cells import EXECUTORS, ITEMS, MODES, SPEC, UTILISATIONS
+from hotpath_report.paper.cells import ITEMS, MODES, SPEC, UTILISATIONS
 from hotpath_report.paper.cells import duration_text
 from hotpath_report.paper.checks import LIMITS, hot_paths, real_ms
 from hotpath_report.paper.claims import Verdict, judge
@@ -28,7 +28,6 @@ from hotpath_report.paper.runner import CAUSES
 from hotpath_report.run import SOURCES
 from hotpath_report.statistics import Estimate, Samples, grouped
 
-OVER_LOAD = next(item.figure for item in ITEMS if item.shows == "over_load")
 # Figures at the top of the page.
 PICTURES = ("hot_path", "dropped_jobs", "response_imu")
 
@@ -108,21 +107,12 @@ def measured(evidence: Evidence) -> list[Measured]:
 
 
 def document(evidence: Evidence) -> dict[str, Any]:
-    """What the interactive part shows: distributions, and median and worst hot-path latency over the load."""
-    found, made = measured(evidence), []
+    """What the interactive part shows: distributions."""
+    found = measured(evidence)
     executors = {s: list(dict.fromkeys(e for _, of in found for e in of[k])) for k, s in enumerate(SOURCES)}
     data = interactive.of_samples(executors)
     data["targets"] = [interactive.target(what, of, data["series"]) for what, of in found]
-    with suppress(Missing):
-        points = parts_of.load_points(evidence)
-        shown = [(source, e) for source, e in product(SOURCES, EXECUTORS["map"]) if (source, e) in points]
-        for p, title in ((0.5, "median hot-path latency (ms)"), (1.0, "worst hot-path latency (ms)")):
-            lines = [
-                (e, f"{e}, {source}", {float(load): s.estimate(p) for load, s in points[source, e].items()})
-                for source, e in shown
-            ]
-            made.append(interactive.plot(title, "load in % of one core", lines, OVER_LOAD))
-    return data | {"plots": made}
+    return data
 
 
 def percentiles(evidence: Evidence) -> Rows:

@@ -210,11 +210,13 @@ class Simulated(CommandTest):
 
 
 class Resumption(CommandTest):
-    """Uses the many short cells of `load` and `phases`."""
+    """Uses the many short cells of these items."""
+
+    ITEMS = ("dropped-jobs", "phases")
 
     def interrupted(self, number: int) -> tuple[Any, Any, Any, Any, Any]:
         output = self.folder / "paper"
-        words = reproduce(output, "load", "phases")
+        words = reproduce(output, *self.ITEMS)
         process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.wait_for(lambda: process.poll() is not None or len(finished_cells(output)) >= 2, "no cell ended")
         process.send_signal(number)
@@ -225,7 +227,7 @@ class Resumption(CommandTest):
         return output, process.returncode, errors, done, plan
 
     def goes_on(self, output: Path, done: Any, plan: Any) -> None:
-        again = call_here(reproduce(output, "load", "phases"))
+        again = call_here(reproduce(output, *self.ITEMS))
         self.assertEqual(again.returncode, 0, again.stderr)
         self.assertEqual((output / "plan.json").read_bytes(), plan)
         after = finished_cells(output)
@@ -237,7 +239,7 @@ class Resumption(CommandTest):
         output, code, _, done, plan = self.interrupted(signal.SIGKILL)
         self.assertEqual(code, -signal.SIGKILL)
         self.goes_on(output, done, plan)
-        for name in ("hot_path_load", "hot_path_phases"):
+        for name in ("dropped_jobs", "hot_path_phases"):
             self.assertTrue((output / "figures" / f"{name}.svg").exists(), name)
 
     def test_after_ctrl_c(self) -> None:
