@@ -129,8 +129,6 @@ class HotPath(FigureTest):
         for file, text, *parts in (
             ("run.json", json.dumps(facts), "'kernel' not found"),
             ("chains.csv", CHAINS_HEADER, "chains.csv", "no rows"),
-            ("chains.csv", "executor,chain\n", "chains.csv:1", "hot_path_latency_ns"),
-            ("chains.csv", CHAINS_HEADER + "default,0,hot_path\n", "chains.csv:2", "3 columns"),
             ("chains.csv", CHAINS_HEADER + "default,0,hot_path,1,fast,2\n", "chains.csv:2", "`fast`"),
             ("chains.csv", CHAINS_HEADER + "edf,0,hot_path,1,1,2\n", "edf (repetition 0) is not in this run"),
         ):

@@ -48,7 +48,6 @@ class Numbers(unittest.TestCase):
                 return subprocess.run(line, cwd=ROOT, capture_output=True, text=True, check=False)
 
             readme = root / "README.md"
-            self.assertEqual(call("--check").returncode, 0)
             before = readme.read_text(encoding="utf-8")
             changed = re.sub(r"(?<=\| `default` \| )[\d.]+", "1.0", before, count=1)
             readme.write_text(changed, encoding="utf-8")

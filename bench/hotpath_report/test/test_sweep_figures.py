@@ -37,27 +37,13 @@ class SweepFigures(unittest.TestCase):
         facts |= {"columns": COLUMNS.split(","), "rows": rows}
         (self.folder / "sweep.json").write_text(json.dumps(facts))
 
-    def lines(self) -> tuple[list[Any], str]:
-        """{executor: {x: value}} of the first measures, and the subtitle."""
+    def test_overloaded_cells_are_counted_and_have_no_point(self) -> None:
         self.write()
         with patch.object(sweep_page, "write_with_figure") as write:
             sweep_page.write(str(self.folder))
-        plots = write.call_args[0][-1]["plots"]
-        found = [
-            {a["executor"]: dict(zip(a["x"], zip(a["value"], a["low"]))) for a in p["lines"]} for p in plots
-        ]
-        return found, write.call_args[0][5]
-
-    def test_points_are_medians_and_worst_cases_maxima(self) -> None:
-        (median, worst, *_), _ = self.lines()
-        self.assertEqual({x: value for x, (value, _) in median["rm-ro"].items()}, {20: 11, 40: 21, 60: 31})
-        self.assertEqual(worst["rm-ro"][60][0], 64)
-        self.assertIsNotNone(median["rm-ro"][20][1])
-
-    def test_overloaded_cells_are_counted_and_have_no_point(self) -> None:
-        (median, *_), subtitle = self.lines()
+        *_, subtitle, data = write.call_args[0]
         self.assertIn("3 cells not finished", subtitle)
-        self.assertEqual(list(median["default"]), [20, 40])
+        self.assertEqual([line["x"] for line in data["plots"][0]["lines"]], [[20, 40], [20, 40, 60]])
 
     def test_all_figures_are_drawn(self) -> None:
         self.write()
