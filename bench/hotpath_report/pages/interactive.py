@@ -124,18 +124,17 @@ def document(runs: Sequence[Run], names: Sequence[str], measured: Sequence[Measu
 Points = Mapping[float, Estimate]  # by x
 
 
-def plot(title: str, x: str, found: Sequence[tuple[str, str, Points]], figure: str = "") -> dict[str, Any]:
-    """Lines with their intervals over `x`, given as executor, label and points, in place of the page's static
-    `figure`. Latencies that differ much have a logarithmic axis."""
-    lines = []
-    for (_, _, points), look in zip(found, curves_of([(0, executor, label) for executor, label, _ in found])):
-        xs = sorted(points)
-        rows = [[None if math.isnan(v) else round(v, 6) for v in points[at]] for at in xs]
-        columns: dict[str, Any] = {key: [row[k] for row in rows] for k, key in enumerate(ENDS)}
-        lines.append({**look, "x": list(map(float, xs)), **columns})
-    lines = [line for line in lines if line["x"]]
-    values = [value for line in lines for value in line["value"] if value is not None]
-    far_apart = bool(values) and min(values) > 0 and max(values) > LOGARITHMIC * min(values)
+def plot(title: str, x: str, found: Mapping[str, Points], figure: str = "") -> dict[str, Any]:
+    """Lines of executors with their intervals over `x`, in place of the page's static `figure`. Latencies that differ
+    much have a logarithmic axis."""
+    lines: list[dict[str, Any]] = []
+    for look, points in zip(curves_of([(0, executor, executor) for executor in found]), found.values()):
+        ordered = sorted(points.items())
+        rows = [[float(at), *(None if math.isnan(v) else round(v, 6) for v in of)] for at, of in ordered]
+        if rows:
+            lines.append(look | dict(zip(("x", *ENDS), map(list, zip(*rows)))))
+    known = [value for line in lines for value in line["value"] if value is not None]
+    far_apart = max(known, default=0) > LOGARITHMIC * min(known, default=0) > 0
     return {"title": title, "x": x, "log": "(ms)" in title and far_apart, "lines": lines, "figure": figure}
 
 

@@ -56,8 +56,8 @@ def plots_of(
     """A plot per measure that any executor has."""
     made = []
     for column, title in measures.items():
-        lines = [(e, e, points(of, column)) for e, of in grouped(rows, "executor").items()]
-        made.append(plot(title + suffix, x, lines, figure))
+        found = {e: points(of, column) for e, of in grouped(rows, "executor").items()}
+        made.append(plot(title + suffix, x, found, figure))
     return [p for p in made if p["lines"]]
 
 
