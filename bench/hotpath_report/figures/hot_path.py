@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Age of the data under each executor, and hot-path latency, as in the paper's last figure (Section VII-C)."""
+"""Age of the data under each executor, and hot-path latency, as in the paper's last figure (Section VII-C), and over
+random phases."""
 
 import itertools
 import textwrap
@@ -8,6 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from hotpath_report import style
 from hotpath_report.errors import InputError
@@ -15,11 +17,12 @@ from hotpath_report.figures import violins
 from hotpath_report.figures.violins import Drawing, Row
 from hotpath_report.run import SOURCES, Run, samples_of
 from hotpath_report.statistics import Samples
-from hotpath_report.style import INK
+from hotpath_report.style import FAINT, INK
 
 BASELINE = "default"
 AGE = "age of the data in an output (ms)"
 NOTE = "end of a violin: worst case, compared with `default`"
+CREATION: dict[str, Any] = {"linewidth": 1.2, "linestyle": (0, (2, 1.5))}
 
 
 def compared(samples: Samples | None, baseline: Samples | None) -> str:
@@ -117,3 +120,32 @@ def draw_rows(
         for source, samples in row.halves
     )
     return Drawing(figure, table)
+
+
+def over_phases(
+    draws: Mapping[tuple[str, str], Sequence[tuple[float, float]]],
+    creation_ms: Mapping[str, float],
+    executors: Sequence[str],
+) -> Figure:
+    """Worst latencies of random phase draws, beside that of the creation order."""
+    shown = [e for e in executors if draws.get(("simulated", e))]
+    rows = [Row(e, e, [Samples([w] for _, w in draws["simulated", e]), None]) for e in shown]
+    live = {e: [w for _, w in draws.get(("live", e), [])] for e in shown}
+    figure, (axes,) = style.new_figure(1 + 0.5 * len(rows))
+    limit = violins.axis_limit(rows, [w for worst in live.values() for w in worst])
+    violins.draw_rows(axes, rows, limit, SOURCES)
+    for y, executor in enumerate(shown):
+        look: Any = {"color": style.colour_of(executor), "markeredgecolor": INK, "markeredgewidth": 0.7}
+        axes.plot(live[executor], [y + 0.2] * len(live[executor]), "o", markersize=5, **look)
+        if executor in creation_ms:
+            axes.plot([creation_ms[executor]] * 2, [y - 0.42, y + 0.1], color=INK, zorder=5, **CREATION)
+    axes.set_xlabel("worst hot-path latency of a draw of phases (ms)")
+    handles: list[Any] = [
+        style.patch("draws, simulated", alpha=0.42),
+        style.line("median draw", linewidth=1.6),
+        style.line("creation order, simulated", **CREATION),
+    ]
+    if any(live.values()):
+        handles.append(style.dot("draws, live", color=FAINT, markeredgecolor=INK))
+    style.add_key(figure, handles, 4)
+    return figure

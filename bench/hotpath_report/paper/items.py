@@ -8,7 +8,7 @@ from itertools import product
 
 from hotpath_report import style
 from hotpath_report.errors import Missing
-from hotpath_report.figures import bounds, hot_path, phases, timers, violins
+from hotpath_report.figures import bounds, hot_path, timers, violins
 from hotpath_report.figures.timers import GROUPS
 from hotpath_report.figures.violins import Drawing, Row
 from hotpath_report.pages.writer import HEADER, Table, compared, percentile_cells
@@ -169,4 +169,4 @@ def over_phases(evidence: Evidence) -> Parts:
     }
     columns = ("source", "executor", "draw", "median_ms", "worst_ms")
     table = [dict(zip(columns, (*key, k, *of))) for key, found in draws.items() for k, of in enumerate(found)]
-    yield Drawing(phases.over_phases(draws, creation, EXECUTORS["with_phases"]), table)
+    yield Drawing(hot_path.over_phases(draws, creation, EXECUTORS["with_phases"]), table)
