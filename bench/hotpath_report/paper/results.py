@@ -26,7 +26,7 @@ from hotpath_report.paper.claims import Verdict, judge
 from hotpath_report.paper.evidence import REAL, Evidence
 from hotpath_report.paper.runner import CAUSES
 from hotpath_report.run import SOURCES
-from hotpath_report.statistics import Estimate, Samples, grouped
+from hotpath_report.statistics import Estimate, grouped
 
 # Figures at the top of the page.
 PICTURES = ("hot_path", "dropped_jobs", "response_imu")
@@ -89,30 +89,22 @@ def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
     return made
 
 
-def measured(evidence: Evidence) -> list[Measured]:
-    """The hot path, and the response times of each group of timers in each task set, by source."""
+def document(evidence: Evidence) -> dict[str, Any]:
+    """What the interactive part shows: the hot path, and the response times of each group of timers in each task set,
+    by source."""
     runs, executors = evidence.timer_runs(), list(grouped(evidence.hot_path, "executor"))
     latencies = [{e: evidence.latencies("autoware", source, e) for e in executors} for source in SOURCES]
     what = {"kind": "chain", "name": "hot path", "title": "Hot path", "measure": "hot-path latency (ms)"}
-    found: list[tuple[dict[str, str], list[dict[str, Samples]]]] = [
-        (what | {"figure": "hot_path"}, latencies)
-    ]
+    found: list[Measured] = [(what | {"figure": "hot_path"}, latencies)]
     for (group, label), percent in product(GROUPS.items(), UTILISATIONS):
         name = f"{label}, {percent} % set"
         of = [{e: runs.samples(percent, s, e, group) for e in runs.executors} for s in SOURCES]
         what = {"kind": "task", "name": name, "title": f"Timers: {name}", "measure": "response time (ms)"}
         found.append((what | {"figure": ""}, of))
-    made = [(what, [{e: s for e, s in of.items() if s} for of in sources]) for what, sources in found]
-    return [(what, sources) for what, sources in made if any(sources)]
-
-
-def document(evidence: Evidence) -> dict[str, Any]:
-    """What the interactive part shows: distributions."""
-    found = measured(evidence)
-    executors = {s: list(dict.fromkeys(e for _, of in found for e in of[k])) for k, s in enumerate(SOURCES)}
-    data = interactive.of_samples(executors)
-    data["targets"] = [interactive.target(what, of, data["series"]) for what, of in found]
-    return data
+    known = {s: [e for _, of in found for e, some in of[k].items() if some] for k, s in enumerate(SOURCES)}
+    data = interactive.of_samples({source: list(dict.fromkeys(of)) for source, of in known.items()})
+    targets = (interactive.target(what, sources, data["series"]) for what, sources in found)
+    return data | {"targets": [target for target in targets if target["curves"]]}
 
 
 def percentiles(evidence: Evidence) -> Rows:
