@@ -109,15 +109,16 @@ void GraphWorkload::describe(StateWords& words) const {
   for (const OnTheWay& message : on_the_way_) {
     describe(message.sample, structure_->sources[message.parent.task], words);
   }
-  for (std::size_t i = 0; i < busy_; ++i) {
-    const Running& job = running_[i];
-    words.add(job.ref.task);
-    words.add(job.works ? 1 : 0);
-    describe(job.own, structure_->sources[job.ref.task], words);
-    for (const SimulatedSample& sample : job.taken)
-      describe(sample, structure_->sources[job.ref.task], words);
-    for (const auto& message : job.messages) words.add(message.publication);
-  }
+}
+
+void GraphWorkload::describe(const Job& job, StateWords& words) const {
+  const Running& running = running_[place_of(job)];
+  words.add(running.works ? 1 : 0);
+  for (const auto& message : running.messages) words.add(message.publication);
+  words.add(-1);
+  describe(running.own, structure_->sources[job.task], words);
+  for (const SimulatedSample& sample : running.taken) describe(sample, structure_->sources[job.task], words);
+  words.add(-3);
 }
 
 Duration GraphWorkload::start(const Job& job, Time now) {
@@ -136,10 +137,15 @@ Duration GraphWorkload::start(const Job& job, Time now) {
   return running.done = next_instant(running);
 }
 
-std::span<const TaskId> GraphWorkload::finish(const Job& job, const Task&, Time) {
+std::size_t GraphWorkload::place_of(const Job& job) const {
   std::size_t i = 0;
   while (i < busy_ && running_[i].ref != job.ref()) ++i;
-  assert(i < busy_ && "only a started job can finish");
+  assert(i < busy_ && "only a started job runs");
+  return i;
+}
+
+std::span<const TaskId> GraphWorkload::finish(const Job& job, const Task&, Time) {
+  const std::size_t i = place_of(job);
   publish_due(running_[i]);
   if (rest_) return reached_;
   running_[i].clear();

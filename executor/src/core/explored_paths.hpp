@@ -17,7 +17,6 @@ namespace hotpath {
 struct BegunJob {
   TaskId task;
   std::size_t end;
-  Worker worker;
 };
 
 /// A sample that was published, with the coordinate of its arrival; 0: at once.
@@ -45,7 +44,7 @@ class ExploredPaths {
     std::size_t instant = 0;  ///< Coordinate: when the next state begins.
     /// The jobs that start there and take time, in this order.
     std::vector<BegunJob> starts;
-    std::vector<Worker> ended;                      ///< Of several threads: those whose jobs end there.
+    std::vector<std::size_t> ended;                 ///< Coordinates of several threads' jobs that end there.
     std::vector<SentSample> sent{};                 ///< The samples that are published there, in this order.
     std::vector<std::pair<TaskId, Time>> released;  ///< Timers released there, with their timestamps.
   };

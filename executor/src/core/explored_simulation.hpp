@@ -102,14 +102,18 @@ class ExploredSimulation : public Simulation {
   }
 
  private:
-  /// Of several: what each runs, or when it wakes, and in which order they act at one instant.
+  /// Of several: what they run, in the order in which they act at one instant; and until when the others
+  /// sleep, of which all but one wait to be woken.
   void describe_threads(StateWords& words) const {
-    for (Worker w = 0; w < workers_.size(); ++w) {
-      words.add(static_cast<std::int64_t>(workers_[w].step));
-      if (workers_[w].step == Step::asleep) words.add(workers_[w].until);
-      describe_next(workers_[w], words);
+    words.add(static_cast<std::int64_t>(workers_.on_core()));
+    for (std::size_t i = 0; i < workers_.on_core(); ++i) {
+      words.add_thread(workers_.running(i));
+      describe_next(workers_[workers_.running(i)], words);
     }
-    for (std::size_t i = 0; i < workers_.on_core(); ++i) words.add(workers_.running(i));
+    Time wakes = kNever;
+    for (Worker w = 0; w < workers_.size(); ++w)
+      if (workers_[w].step == Step::asleep) wakes = std::min(wakes, workers_[w].until);
+    words.add(wakes);
   }
 
   static bool waits(const SimulatedWorkers::State& worker) {
@@ -141,6 +145,7 @@ class ExploredSimulation : public Simulation {
     words.add(worker.record.job.empty ? 1 : 0);
     if (is_of_timer(worker.record.job)) words.add(worker.record.job.timestamp);
     if (scheduler_->hands_deadlines_down()) words.add(worker.record.job.deadline);
+    if (worker.step == Step::run) own_workload_->describe(worker.record.job, words);
   }
 
   const Cloned<ExploredScheduler> scheduler_;

@@ -117,9 +117,7 @@ void ExploredState::move_to(const Branch& branch, const std::vector<std::int64_t
   if (simulation->several()) {
     for (const Worker w : running()) {
       workers[w].until = workers[w].step_end = instant(end_of_job(w));
-      const bool ends = happens_now(end_of_job(w));
-      workers[w].rounds = ends ? 0 : 2;  // not in this one
-      if (ends) ended.push_back(w);
+      workers[w].rounds = happens_now(end_of_job(w)) ? 0 : 2;  // not in this one
     }
     return;
   }

@@ -56,11 +56,11 @@ struct ExploredState {
   // Whether the ends of the executor thread's sleep, and of the timer thread's sleep or release, are
   // uncertain.
   bool wakes = false, releases = false;
-  // What happened at the last instant: releases, by timer and timestamp; jobs that began; threads whose jobs
-  // ended, of several; samples that were published.
+  // What happened at the last instant: releases, by timer and timestamp; jobs that began; coordinates of the
+  // ends of several threads' jobs; samples that were published.
   std::vector<std::pair<TaskId, Time>> released{};
   std::vector<BegunJob> begun{};
-  std::vector<Worker> ended{};
+  std::vector<std::size_t> ended{};
   std::vector<SentSample> sent{};
 
   [[nodiscard]] SimulatedWorkers::State& executor() const { return simulation->workers()[kExecutor]; }
@@ -75,11 +75,11 @@ struct ExploredState {
   [[nodiscard]] bool runs() const { return busy() && executor().on_core; }
   /// Whether the timer thread sleeps until an uncertain instant.
   [[nodiscard]] bool timers_wake() const { return releases && timers().step == Step::asleep; }
-  /// The threads that run jobs, of several.
+  /// The threads that run jobs, of several, in the order in which they act at one instant.
   [[nodiscard]] std::vector<Worker> running() const {
     std::vector<Worker> all;
-    for (Worker w = 0; w < simulation->workers().size(); ++w)
-      if (simulation->workers()[w].step == Step::run) all.push_back(w);
+    for (std::size_t i = 0; i < simulation->workers().on_core(); ++i)
+      all.push_back(simulation->workers().running(i));
     return all;
   }
   [[nodiscard]] std::size_t end_of_job(Worker w) const {

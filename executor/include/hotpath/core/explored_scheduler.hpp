@@ -56,6 +56,9 @@ class ExploredScheduler : public Scheduler {
   /// Every timer that release_at() made ready was so by `now`, in the same order: for another of the
   /// schedules that one state stands for, in which it is earlier.
   virtual void released_by(Time now) = 0;
+  /// Whether the number of a thread decides more than what it is called: several threads are not alike. Of
+  /// jobs that end in one round (Workload::end_round()), Exploration looks after that.
+  [[nodiscard]] virtual bool numbers_matter() const { return true; }
   /// Whether a job's deadline decides when the jobs run that it activates.
   [[nodiscard]] virtual bool hands_deadlines_down() const { return false; }
 

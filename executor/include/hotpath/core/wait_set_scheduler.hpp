@@ -198,12 +198,14 @@ class WaitMutex {
   /// `worker` looks for work. Returns whether another worker keeps the mutex; then this one queues.
   bool blocks(Worker worker) {
     if (!waiting_ || waiting_ == worker) return false;
+    if (woken_ == worker) woken_.reset();
     idle_.insert(worker);
     return true;
   }
 
   /// `worker` looks for work. Returns whether this worker slept in rcl_wait.
   bool enter(Worker worker) {
+    if (woken_ == worker) woken_.reset();
     idle_.erase(worker);
     if (waiting_ != worker) return false;
     waiting_.reset();
@@ -212,8 +214,12 @@ class WaitMutex {
 
   /// The worker that gets the mutex after a worker has found a job: it runs the rest of the
   /// snapshot or waits in its place.
-  [[nodiscard]] WorkerSet next() const {
-    return waiting_ || idle_.empty() ? WorkerSet{} : WorkerSet::of(idle_.first());
+  [[nodiscard]] WorkerSet next() {
+    if (waiting_ || idle_.empty()) return {};
+    if (!woken_) choice_ = idle_;
+    numbers_matter_ |= (idle_.bits() & ~choice_.bits()) != 0;
+    woken_ = idle_.first();
+    return WorkerSet::of(*woken_);
   }
 
   /// `worker` found no job. Returns whether it sleeps in rcl_wait, which it does unless another
@@ -225,17 +231,22 @@ class WaitMutex {
     return true;
   }
 
+  /// Between two instants the idle workers are those that sleep.
   void describe(StateWords& words) const {
-    words.add(static_cast<std::int64_t>(idle_.bits()));
-    words.add(static_cast<std::int64_t>(waiting().bits()));
+    words.add(waiting_ ? 1 : 0);
+    words.add_thread(waiting_.value_or(0));
   }
+  /// Whether next() had to choose between a worker that it has woken and one that has begun to queue since.
+  [[nodiscard]] bool numbers_matter() const { return numbers_matter_; }
 
   /// The worker in rcl_wait, if there is one.
   [[nodiscard]] WorkerSet waiting() const { return waiting_ ? WorkerSet::of(*waiting_) : WorkerSet{}; }
 
  private:
-  WorkerSet idle_;
+  WorkerSet idle_, choice_;      // the latter: those from which next() chose
+  std::optional<Worker> woken_;  // by next(), and has not looked for work since
   std::optional<Worker> waiting_;
+  bool numbers_matter_ = false;
 };
 
 /// How a poll treats tasks of the snapshot whose callback groups are busy.
@@ -269,6 +280,7 @@ class WaitSetScheduler final : public WaitSet {
   [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
     return std::make_unique<WaitSetScheduler>(*this);
   }
+  [[nodiscard]] bool numbers_matter() const override { return wait_mutex_.numbers_matter(); }
   void describe(StateWords& words) const override {
     WaitSet::describe(words);
     if (workers().size() == 1) return;
@@ -358,6 +370,7 @@ class RebuiltWaitSetScheduler final : public WaitSet {
   [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
     return std::make_unique<RebuiltWaitSetScheduler>(*this);
   }
+  [[nodiscard]] bool numbers_matter() const override { return wait_mutex_.numbers_matter(); }
   void describe(StateWords& words) const override;
 
  private:

@@ -56,8 +56,10 @@ class Workload {
   /// For exploration.hpp. A copy in the same state, which may share what it observes with this one; none: it
   /// is not explored.
   [[nodiscard]] virtual std::unique_ptr<Workload> clone() const { return nullptr; }
-  /// Adds all that its later answers depend on, with the data that they hand on.
+  /// Adds all that its later answers depend on, with the data that they hand on, but for the running jobs;
+  /// and what those about `job` depend on, which runs.
   virtual void describe(StateWords& /*words*/) const {}
+  virtual void describe(const Job& /*job*/, StateWords& /*words*/) const {}
 
   /// Message `sequence` of `subscription` was never taken; the message delivered next replaces it.
   virtual void overwritten(TaskId /*subscription*/, std::uint64_t /*sequence*/) {}

@@ -51,6 +51,7 @@ class GraphWorkload final : public Workload {
     return std::make_unique<GraphWorkload>(*this);
   }
   void describe(StateWords& words) const override;
+  void describe(const Job& job, StateWords& words) const override;
   /// From now on, describe() has the publications of unread samples (exploration.hpp).
   void describe_publications() { with_publications_ = true; }
 
@@ -81,6 +82,7 @@ class GraphWorkload final : public Workload {
   [[nodiscard]] Duration instant_of(const Running& job, std::size_t message) const;
   [[nodiscard]] Duration next_instant(const Running& job) const;
   void publish(Running& job, std::size_t message);
+  [[nodiscard]] std::size_t place_of(const Job& job) const;
   SimulatedSample take(TaskId subscription, std::uint64_t sequence);
   void observe(const SimulatedMessage& message, Activation<SimulatedMessages>& job);
   void describe(const SimulatedSample& sample, const std::vector<TaskId>& sources, StateWords& words) const;
