@@ -112,7 +112,7 @@ void GraphWorkload::describe(StateWords& words) const {
 }
 
 void GraphWorkload::describe(const Job& job, StateWords& words) const {
-  const Running& running = running_[place_of(job)];
+  const Running& running = *std::ranges::find(running_, job.ref(), &Running::ref);
   words.add(running.works ? 1 : 0);
   for (const auto& message : running.messages) words.add(message.publication);
   words.add(-1);
@@ -137,15 +137,10 @@ Duration GraphWorkload::start(const Job& job, Time now) {
   return running.done = next_instant(running);
 }
 
-std::size_t GraphWorkload::place_of(const Job& job) const {
+std::span<const TaskId> GraphWorkload::finish(const Job& job, const Task&, Time) {
   std::size_t i = 0;
   while (i < busy_ && running_[i].ref != job.ref()) ++i;
-  assert(i < busy_ && "only a started job runs");
-  return i;
-}
-
-std::span<const TaskId> GraphWorkload::finish(const Job& job, const Task&, Time) {
-  const std::size_t i = place_of(job);
+  assert(i < busy_ && "only a started job can finish");
   publish_due(running_[i]);
   if (rest_) return reached_;
   running_[i].clear();

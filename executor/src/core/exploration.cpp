@@ -334,7 +334,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   void follow(const Branch& branch, ExploredState next) {
     const std::vector<std::int64_t> point = branch.zone.point(kNow);
     next.zone = branch.zone;
-    next.ended = branch.now;
+    next.ended.clear();
     if (!numbered_ && next.simulation->several()) check_order(branch.now, next);
     next.move_to(branch, point);
     happen(std::move(next), branch, Time{} + Duration(point[kNow]));

@@ -82,7 +82,6 @@ class GraphWorkload final : public Workload {
   [[nodiscard]] Duration instant_of(const Running& job, std::size_t message) const;
   [[nodiscard]] Duration next_instant(const Running& job) const;
   void publish(Running& job, std::size_t message);
-  [[nodiscard]] std::size_t place_of(const Job& job) const;
   SimulatedSample take(TaskId subscription, std::uint64_t sequence);
   void observe(const SimulatedMessage& message, Activation<SimulatedMessages>& job);
   void describe(const SimulatedSample& sample, const std::vector<TaskId>& sources, StateWords& words) const;
