@@ -82,6 +82,34 @@ TEST(ExactWorstCases, WhatAnExplorationMetBeforeItsLimitIsSaidOfTheRightChain) {
   EXPECT_THAT(bounds.refusal.value(), testing::EndsWith(" ms in whole"));
 }
 
+/// a and b end together; the thread with the higher number publishes r last, while Y and Z keep both from R. In
+/// later periods a has either thread.
+TEST(ExactWorstCases, NumbersOfThreadsDecideWhoseSampleIsLeft) {
+  for (const std::string groups :
+       {"g: mutually_exclusive, h: mutually_exclusive", "g: reentrant, h: reentrant", "g: reentrant"}) {
+    const std::string second = groups.ends_with("g: reentrant") ? "g" : "h";
+    const GraphBounds bounds = bounds_of(
+        "  - name: N\n    type: callbacks\n    groups: {" + groups +
+            "}\n    callbacks:\n"
+            "      - {timer: a, period_ms: 20, execution_time_ms: 4, group: g, publishes: [a, r]}\n"
+            "      - {timer: b, period_ms: 20, execution_time_ms: 4, group: " +
+            second +
+            ", publishes: [b, r]}\n"
+            "  - {name: Y, type: command, input: a, execution_time_ms: 3, best_case_execution_time_ms: 1}\n"
+            "  - {name: Z, type: command, input: b, execution_time_ms: 3, best_case_execution_time_ms: 1}\n"
+            "  - {name: R, type: command, input: r, execution_time_ms: 1}\n",
+        "topics:\n  r: {publishers: many}\n"
+        "platform: {cores: 2}\n"
+        "chains:\n"
+        "  - {name: of_a, nodes: [N/a, R], sources: [N/a], sink: R}\n"
+        "  - {name: of_b, nodes: [N/b, R], sources: [N/b], sink: R}\n",
+        "multi", {.workers = 2});
+    EXPECT_EQ(bounds.refusal, std::nullopt);
+    ASSERT_EQ(bounds.chains.size(), 2U);
+    for (const auto& chain : bounds.chains) EXPECT_EQ(chain->latency, 8'000'000) << groups;
+  }
+}
+
 TEST(ExactWorstCases, EarlyPublicationsAreNotCovered) {
   const GraphBounds bounds = bounds_of(
       "  - name: A\n    type: callbacks\n    callbacks:\n"

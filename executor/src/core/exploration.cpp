@@ -2,7 +2,6 @@
 #include "hotpath/core/exploration.hpp"
 
 #include <algorithm>
-#include <set>
 #include <string>
 #include <utility>
 
@@ -17,18 +16,11 @@ namespace {
 /// A state has a successor for each subset of the uncertain instants that may be one.
 constexpr std::ptrdiff_t kMostAtOnce = 12;
 constexpr const char* kTooManyAtOnce = "more than 12 releases, arrivals or ends may come at one instant";
-const ExplorationRefused kNumbersMatter("threads are not alike", ExplorationRefused::Why::not_alike);
 
 class Exploration final : public JobSink, public ExploredInstant {
  public:
-  /// `numbered`: see StateWords.
-  Exploration(const TaskSet& set, const ExplorationOptions& options, ExplorationObserver& observer,
-              bool numbered)
-      : set_(set),
-        options_(options),
-        observer_(observer),
-        numbered_(numbered),
-        met_(set, options.publications, numbered) {
+  Exploration(const TaskSet& set, const ExplorationOptions& options, ExplorationObserver& observer)
+      : set_(set), options_(options), observer_(observer), met_(set, options.publications) {
     kept_.resize(options.witnesses);
   }
 
@@ -38,19 +30,19 @@ class Exploration final : public JobSink, public ExploredInstant {
     for (TaskId id = 0; id < set_.size(); ++id)
       if (set_[id].release_jitter > Duration{} && set_[id].phase == Duration{}) at_once.push_back(id);
     if (std::ssize(at_once) > kMostAtOnce) throw ExplorationRefused(kTooManyAtOnce);
+    for (std::size_t subset = 0; subset < std::size_t{1} << at_once.size(); ++subset) {
+      std::vector<TaskId> released;
+      for (std::size_t i = 0; i < at_once.size(); ++i)
+        if ((subset >> i & 1U) != 0) released.push_back(at_once[i]);
+      deliveries_.for_each_choice([&] {
+        ExploredState first{simulation_of(scheduler.clone(), workload.clone())};
+        begin(first, released);
+        first.begin_to_release(true);
+        enter(std::move(first));
+      });
+    }
     ExplorationResult result;
     try {
-      for (std::size_t subset = 0; subset < std::size_t{1} << at_once.size(); ++subset) {
-        std::vector<TaskId> released;
-        for (std::size_t i = 0; i < at_once.size(); ++i)
-          if ((subset >> i & 1U) != 0) released.push_back(at_once[i]);
-        deliveries_.for_each_choice([&] {
-          ExploredState first{simulation_of(scheduler.clone(), workload.clone())};
-          begin(first, released);
-          first.begin_to_release(true);
-          enter(std::move(first));
-        });
-      }
       while (std::optional<MetStates::Next> next = met_.next()) {
         if (++expanded_ > options_.max_states) throw too_many(options_.max_states, "states");
         keep_ends(*next->state, std::move(next->place));
@@ -138,7 +130,6 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   void settle() {
-    if (!numbered_ && current_->simulation->scheduler().numbers_matter()) throw kNumbersMatter;
     if (std::exchange(unsettled_, false)) observer_.published(*this);
   }
 
@@ -194,7 +185,7 @@ class Exploration final : public JobSink, public ExploredInstant {
       const std::int64_t longest = (thread.until - state.simulation->now()).count();
       const std::size_t end = state.track({job, JobInstant::Kind::end});
       state.zone.assign(end, kNow, longest - (task.wcet - task.bcet).count(), longest);
-      state.begun.push_back({job.task, end});
+      state.begun.push_back({job.task, end, state.name_of_job(worker)});
     }
   }
 
@@ -318,24 +309,11 @@ class Exploration final : public JobSink, public ExploredInstant {
     }
   }
 
-  /// Jobs that end in one round do so in the order of their threads' numbers. With a wait set that is no
-  /// matter unless two of them publish to one subscription, or are of one task.
-  void check_order(const std::vector<std::size_t>& ends, const ExploredState& state) const {
-    std::set<TaskId> tasks, reached;
-    for (const std::size_t end : ends) {
-      const TaskId task = state.instants[end - kInstants].job.task;
-      bool alike = tasks.insert(task).second;
-      for (const TaskId reader : set_[task].feeds) alike &= reached.insert(reader).second;
-      if (!alike) throw kNumbersMatter;
-    }
-  }
-
   /// What happens at kNow in the schedules of the branch, of which the simulation follows one.
   void follow(const Branch& branch, ExploredState next) {
     const std::vector<std::int64_t> point = branch.zone.point(kNow);
     next.zone = branch.zone;
     next.ended.clear();
-    if (!numbered_ && next.simulation->several()) check_order(branch.now, next);
     next.move_to(branch, point);
     happen(std::move(next), branch, Time{} + Duration(point[kNow]));
   }
@@ -389,7 +367,6 @@ class Exploration final : public JobSink, public ExploredInstant {
   const TaskSet& set_;
   const ExplorationOptions& options_;
   ExplorationObserver& observer_;
-  const bool numbered_;
   MetStates met_;
   ExploredDeliveries deliveries_;
   std::vector<std::uint32_t> executor_of_;
@@ -412,17 +389,8 @@ class Exploration final : public JobSink, public ExploredInstant {
 ExplorationResult explore(const TaskSet& set, const Scheduler& scheduler, const Workload& workload,
                           const ExplorationOptions& options, ExplorationObserver& observer) {
   try {
-    const ExploredScheduler& explored = explorable(set, options, scheduler, workload);
-    const auto run = [&](bool numbered) {
-      return Exploration(set, options, observer, numbered).run(explored, workload);
-    };
-    ExplorationResult result = run(explored.numbers_matter());
-    if (!result.ended_early || result.ended_early->why != ExplorationRefused::Why::not_alike) return result;
-    // The schedules that it met are some of those that the next one meets.
-    std::vector<std::optional<Witness>> met = std::exchange(result, run(true)).witnesses;
-    for (std::size_t slot = 0; slot < met.size(); ++slot)
-      if (!result.witnesses[slot]) result.witnesses[slot] = std::move(met[slot]);
-    return result;
+    Exploration exploration(set, options, observer);
+    return exploration.run(explorable(set, options, scheduler, workload), workload);
   } catch (const SimulationError& error) {
     throw ExplorationRefused(error.what());
   }

@@ -5,7 +5,6 @@
 #include <cassert>
 #include <map>
 #include <stdexcept>
-#include <utility>
 
 namespace hotpath {
 
@@ -23,16 +22,9 @@ Witness ExploredPaths::witness(const Edge& last) const {
     Time instant = kNever;
     std::uint32_t round = 0;
   };
-  std::map<std::size_t, Begun> running;  // by the coordinate of the end
-  std::uint32_t round = 0;               // of those at one instant
-  const End* reached = nullptr;
+  std::map<std::uint32_t, Begun> running;  // by name
+  std::uint32_t round = 0;                 // of those at one instant
   for (const auto& [edge, point, origin] : steps) {
-    // Threads of a state may have been others on the way to it: jobs are known by their coordinates.
-    std::map<std::size_t, Begun> before = std::exchange(running, {});
-    for (std::size_t i = 0; reached && i < reached->coordinates.size(); ++i)
-      if (const auto job = before.find(reached->coordinates[i]); job != before.end())
-        running[edge->from.coordinates[i]] = job->second;
-    reached = &edge->to;
     const Time instant = Time{} + Duration(point[edge->instant] + origin);
     round = instant == witness.instant ? round + 1 : 0;
     witness.instant = instant;
@@ -43,8 +35,8 @@ Witness ExploredPaths::witness(const Edge& last) const {
       const std::int64_t delay = arrival == 0 ? 0 : point[arrival] - point[edge->instant];
       witness.deliveries.emplace_back(subscription, Duration(delay));
     }
-    for (const std::size_t end : edge->ended) {
-      const auto& [job, started, its_round] = running[end];
+    for (const std::uint32_t name : edge->ended) {
+      const auto& [job, started, its_round] = running[name];
       if (started == instant) {
         witness.jobs[job].end_round = round - its_round;
       } else if (round > 0) {
@@ -52,7 +44,7 @@ Witness ExploredPaths::witness(const Edge& last) const {
       }
     }
     for (const BegunJob& job : edge->starts) {
-      running[job.end] = {witness.jobs.size(), instant, round};
+      running[job.name] = {witness.jobs.size(), instant, round};
       witness.jobs.push_back({job.task, Duration(point[job.end] - point[edge->instant])});
     }
   }

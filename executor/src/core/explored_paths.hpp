@@ -13,10 +13,11 @@
 
 namespace hotpath {
 
-/// A job that began, with the coordinate of its end.
+/// A job that began, with the coordinate of its end, and what tells it from others that run.
 struct BegunJob {
   TaskId task;
   std::size_t end;
+  std::uint32_t name = 0;
 };
 
 /// A sample that was published, with the coordinate of its arrival; 0: at once.
@@ -44,7 +45,7 @@ class ExploredPaths {
     std::size_t instant = 0;  ///< Coordinate: when the next state begins.
     /// The jobs that start there and take time, in this order.
     std::vector<BegunJob> starts;
-    std::vector<std::size_t> ended;                 ///< Coordinates of several threads' jobs that end there.
+    std::vector<std::uint32_t> ended;               ///< Of several threads: names of jobs that end there.
     std::vector<SentSample> sent{};                 ///< The samples that are published there, in this order.
     std::vector<std::pair<TaskId, Time>> released;  ///< Timers released there, with their timestamps.
   };

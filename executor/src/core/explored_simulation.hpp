@@ -107,7 +107,7 @@ class ExploredSimulation : public Simulation {
   void describe_threads(StateWords& words) const {
     words.add(static_cast<std::int64_t>(workers_.on_core()));
     for (std::size_t i = 0; i < workers_.on_core(); ++i) {
-      words.add_thread(workers_.running(i));
+      if (!scheduler_->threads_alike()) words.add(workers_.running(i));
       describe_next(workers_[workers_.running(i)], words);
     }
     Time wakes = kNever;

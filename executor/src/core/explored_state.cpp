@@ -115,10 +115,11 @@ void ExploredState::move_to(const Branch& branch, const std::vector<std::int64_t
     return std::ranges::find(branch.now, coordinate) != branch.now.end();
   };
   if (simulation->several()) {
-    ended = branch.now;
     for (const Worker w : running()) {
       workers[w].until = workers[w].step_end = instant(end_of_job(w));
-      workers[w].rounds = happens_now(end_of_job(w)) ? 0 : 2;  // not in this one
+      const bool ends = happens_now(end_of_job(w));
+      workers[w].rounds = ends ? 0 : 2;  // not in this one
+      if (ends) ended.push_back(name_of_job(w));
     }
     return;
   }

@@ -56,11 +56,11 @@ struct ExploredState {
   // Whether the ends of the executor thread's sleep, and of the timer thread's sleep or release, are
   // uncertain.
   bool wakes = false, releases = false;
-  // What happened at the last instant: releases, by timer and timestamp; jobs that began; coordinates of the
-  // ends of several threads' jobs; samples that were published.
+  // What happened at the last instant: releases, by timer and timestamp; jobs that began; names of those of
+  // several threads that ended; samples that were published.
   std::vector<std::pair<TaskId, Time>> released{};
   std::vector<BegunJob> begun{};
-  std::vector<std::size_t> ended{};
+  std::vector<std::uint32_t> ended{};
   std::vector<SentSample> sent{};
 
   [[nodiscard]] SimulatedWorkers::State& executor() const { return simulation->workers()[kExecutor]; }
@@ -81,6 +81,10 @@ struct ExploredState {
     for (std::size_t i = 0; i < simulation->workers().on_core(); ++i)
       all.push_back(simulation->workers().running(i));
     return all;
+  }
+  /// Threads that are alike may have swapped their jobs on other ways to the state, but no task runs twice.
+  [[nodiscard]] std::uint32_t name_of_job(Worker w) const {
+    return simulation->scheduler().threads_alike() ? simulation->workers()[w].record.job.task : w;
   }
   [[nodiscard]] std::size_t end_of_job(Worker w) const {
     return coordinate_of({simulation->workers()[w].record.job.ref(), JobInstant::Kind::end});

@@ -41,8 +41,8 @@ void describe_publication(JobRef job, StateWords& words) {
   words.add(std::find(all.begin(), all.end(), publication) - all.begin());
 }
 
-MetStates::MetStates(const TaskSet& set, bool publications, bool numbered)
-    : hyperperiod_(hyperperiod(set)), publications_(publications), numbered_(numbered) {}
+MetStates::MetStates(const TaskSet& set, bool publications)
+    : hyperperiod_(hyperperiod(set)), publications_(publications) {}
 
 std::optional<MetStates::Next> MetStates::next() {
   while (!pending_.empty()) {
@@ -56,7 +56,7 @@ std::optional<MetStates::Next> MetStates::next() {
 
 std::vector<std::int64_t> MetStates::describe(const ExploredState& state, std::int64_t origin,
                                               std::vector<std::size_t>& coordinates) const {
-  StateWords words(Time{} + Duration(origin), numbered_);
+  StateWords words(Time{} + Duration(origin));
   state.simulation->describe(words, state.wakes, state.releases);
   for (const UncertainInstant& instant : state.uncertain()) {
     if (instant.coordinate >= kInstants && !state.simulation->several())

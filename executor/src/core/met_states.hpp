@@ -21,9 +21,9 @@ namespace hotpath {
 /// are equal but for their zones are joined where the union is a zone.
 class MetStates {
  public:
-  /// `publications`: see ExplorationOptions; `numbered`: see StateWords. Throws ExplorationRefused if the
-  /// timers of `set` have no common multiple of their periods.
-  MetStates(const TaskSet& set, bool publications, bool numbered);
+  /// `publications`: see ExplorationOptions. Throws ExplorationRefused if the timers of `set` have no common
+  /// multiple of their periods.
+  MetStates(const TaskSet& set, bool publications);
 
   struct Next {
     std::unique_ptr<ExploredState> state;
@@ -55,7 +55,7 @@ class MetStates {
   [[nodiscard]] static std::int64_t earliest(const Met& met);
 
   const std::int64_t hyperperiod_;  // of the timers, in ns
-  const bool publications_, numbered_;
+  const bool publications_;
   std::deque<Met> met_;
   std::map<std::vector<std::int64_t>, std::vector<std::size_t>> known_;  // places in met_
   using Pending = std::pair<std::int64_t, std::size_t>;                  // earliest, place in met_

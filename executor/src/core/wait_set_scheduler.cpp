@@ -3,8 +3,26 @@
 
 #include <algorithm>
 #include <cassert>
+#include <map>
 
 namespace hotpath {
+
+namespace {
+
+/// Jobs end in one round in the order of their threads' numbers, which matters if two of them may publish to
+/// one subscription. Idle threads queue in that order, too, which matters if one of them was woken and has
+/// not looked for work yet when another begins to queue behind a third and a fourth one finds a job.
+bool are_alike(const TaskSet& set, unsigned threads) {
+  std::map<TaskId, std::uint32_t> publishers;  // by subscription: their group
+  for (const Task& task : set.tasks) {
+    if (set.groups[task.group] == CallbackGroup::reentrant) return false;
+    for (const TaskId reader : task.feeds)
+      if (publishers.try_emplace(reader, task.group).first->second != task.group) return false;
+  }
+  return threads <= 3;
+}
+
+}  // namespace
 
 WaitSet::WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first,
                  const std::vector<TaskId>& entity_order, Asked asked)
@@ -18,6 +36,7 @@ WaitSet::WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first,
   entities_ = in_order_of_kinds(set_, entity_order, runs_first);
   std::erase_if(entities_, [this](TaskId id) { return !set_[id].local; });
   snapshot_.reserve(entities_.size());
+  threads_alike_ = are_alike(set_, workers);
 }
 
 Joined WaitSet::add_task(const JoiningTask& joining, Time now) {
@@ -123,7 +142,7 @@ RebuiltWaitSetScheduler::RebuiltWaitSetScheduler(const TaskSet& set, unsigned wo
 
 void RebuiltWaitSetScheduler::describe(StateWords& words) const {
   WaitSet::describe(words);
-  wait_mutex_.describe(words);
+  if (!threads_alike()) wait_mutex_.describe(words);
   words.add((interrupted_ ? 1 : 0) + (needs_rebuild_ ? 2 : 0));
   words.add(static_cast<std::int64_t>(waited_.size()));
   for (const TaskId id : waited_) words.add(id);

@@ -19,7 +19,7 @@ namespace hotpath {
 
 /// A system that is not explored, or whose exploration ended early; the message says why.
 struct ExplorationRefused : std::runtime_error {
-  enum class Why : std::uint8_t { not_covered, states, stopped, not_alike };
+  enum class Why : std::uint8_t { not_covered, states, stopped };
   explicit ExplorationRefused(const std::string& text, Why reason = Why::not_covered)
       : std::runtime_error(text), why(reason) {}
   Why why;

@@ -56,9 +56,8 @@ class ExploredScheduler : public Scheduler {
   /// Every timer that release_at() made ready was so by `now`, in the same order: for another of the
   /// schedules that one state stands for, in which it is earlier.
   virtual void released_by(Time now) = 0;
-  /// Whether the number of a thread decides more than what it is called: several threads are not alike. Of
-  /// jobs that end in one round (Workload::end_round()), Exploration looks after that.
-  [[nodiscard]] virtual bool numbers_matter() const { return true; }
+  /// Whether threads that run jobs are alike but for what their numbers call them.
+  [[nodiscard]] bool threads_alike() const { return threads_alike_; }
   /// Whether a job's deadline decides when the jobs run that it activates.
   [[nodiscard]] virtual bool hands_deadlines_down() const { return false; }
 
@@ -105,6 +104,7 @@ class ExploredScheduler : public Scheduler {
 
   const std::shared_ptr<TaskSet> own_set_;  // shared with clones
   const TaskSet& set_;
+  bool threads_alike_ = false;
   SampleRings<Job> unread_;  // of every subscription, as jobs that have no release yet
 
  private:

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "hotpath/core/job.hpp"
-#include "hotpath/core/worker.hpp"
 
 namespace hotpath {
 
@@ -29,12 +28,10 @@ struct JobInstant {
 /// (sequences, activations) never appear.
 class StateWords {
  public:
-  /// `numbered`: threads that differ by their numbers alone are not alike.
-  explicit StateWords(Time origin, bool numbered = true) : origin_(origin), numbered_(numbered) {}
+  explicit StateWords(Time origin) : origin_(origin) {}
 
   void add(std::int64_t word) { words_.push_back(word); }
   void add(Time instant) { words_.push_back(instant == kNever ? -1 : (instant - origin_).count()); }
-  void add_thread(Worker number) { words_.push_back(numbered_ ? std::int64_t{number} : 0); }
 
   /// The state depends on this instant: of a start, it holds data of the job, which has that timestamp.
   void add_data(JobInstant instant, Time timestamp) {
@@ -50,7 +47,6 @@ class StateWords {
 
  private:
   const Time origin_;
-  const bool numbered_;
   std::vector<std::int64_t> words_;
   std::vector<JobInstant> data_;
 };

@@ -198,14 +198,12 @@ class WaitMutex {
   /// `worker` looks for work. Returns whether another worker keeps the mutex; then this one queues.
   bool blocks(Worker worker) {
     if (!waiting_ || waiting_ == worker) return false;
-    if (woken_ == worker) woken_.reset();
     idle_.insert(worker);
     return true;
   }
 
   /// `worker` looks for work. Returns whether this worker slept in rcl_wait.
   bool enter(Worker worker) {
-    if (woken_ == worker) woken_.reset();
     idle_.erase(worker);
     if (waiting_ != worker) return false;
     waiting_.reset();
@@ -214,12 +212,8 @@ class WaitMutex {
 
   /// The worker that gets the mutex after a worker has found a job: it runs the rest of the
   /// snapshot or waits in its place.
-  [[nodiscard]] WorkerSet next() {
-    if (waiting_ || idle_.empty()) return {};
-    if (!woken_) choice_ = idle_;
-    numbers_matter_ |= (idle_.bits() & ~choice_.bits()) != 0;
-    woken_ = idle_.first();
-    return WorkerSet::of(*woken_);
+  [[nodiscard]] WorkerSet next() const {
+    return waiting_ || idle_.empty() ? WorkerSet{} : WorkerSet::of(idle_.first());
   }
 
   /// `worker` found no job. Returns whether it sleeps in rcl_wait, which it does unless another
@@ -231,22 +225,17 @@ class WaitMutex {
     return true;
   }
 
-  /// Between two instants the idle workers are those that sleep.
   void describe(StateWords& words) const {
-    words.add(waiting_ ? 1 : 0);
-    words.add_thread(waiting_.value_or(0));
+    words.add(static_cast<std::int64_t>(idle_.bits()));
+    words.add(static_cast<std::int64_t>(waiting().bits()));
   }
-  /// Whether next() had to choose between a worker that it has woken and one that has begun to queue since.
-  [[nodiscard]] bool numbers_matter() const { return numbers_matter_; }
 
   /// The worker in rcl_wait, if there is one.
   [[nodiscard]] WorkerSet waiting() const { return waiting_ ? WorkerSet::of(*waiting_) : WorkerSet{}; }
 
  private:
-  WorkerSet idle_, choice_;      // the latter: those from which next() chose
-  std::optional<Worker> woken_;  // by next(), and has not looked for work since
+  WorkerSet idle_;
   std::optional<Worker> waiting_;
-  bool numbers_matter_ = false;
 };
 
 /// How a poll treats tasks of the snapshot whose callback groups are busy.
@@ -280,11 +269,10 @@ class WaitSetScheduler final : public WaitSet {
   [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
     return std::make_unique<WaitSetScheduler>(*this);
   }
-  [[nodiscard]] bool numbers_matter() const override { return wait_mutex_.numbers_matter(); }
   void describe(StateWords& words) const override {
     WaitSet::describe(words);
     if (workers().size() == 1) return;
-    wait_mutex_.describe(words);
+    if (!threads_alike()) wait_mutex_.describe(words);
     for (const bool busy : left_out_) words.add(busy ? 1 : 0);
   }
 
@@ -370,7 +358,6 @@ class RebuiltWaitSetScheduler final : public WaitSet {
   [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
     return std::make_unique<RebuiltWaitSetScheduler>(*this);
   }
-  [[nodiscard]] bool numbers_matter() const override { return wait_mutex_.numbers_matter(); }
   void describe(StateWords& words) const override;
 
  private:
