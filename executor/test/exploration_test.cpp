@@ -6,6 +6,7 @@
 
 #include <map>
 
+#include "hotpath/core/wait_set_scheduler.hpp"
 #include "task_sets.hpp"
 
 namespace hotpath::test::exploration_test {
@@ -274,6 +275,13 @@ TEST(Exploration, OfTwoThreadsFindsWhatEnumerationFinds) {
     }
     EXPECT_GE(equal * 6, kSets * 5) << executor << ": only " << equal << " sets";
   }
+}
+
+TEST(Exploration, OfMoreThanThreeThreadsNumbersDecideWhichIsWoken) {
+  TaskSet set;
+  add_timer(set, 10ms, 1ms);
+  EXPECT_TRUE(WaitSetScheduler(set, 3).threads_alike());
+  EXPECT_FALSE(WaitSetScheduler(set, 4).threads_alike());
 }
 
 INSTANTIATE_TEST_SUITE_P(Exploration, EveryJitter, testing::Bool());
