@@ -277,6 +277,22 @@ TEST(Exploration, OfTwoThreadsFindsWhatEnumerationFinds) {
   }
 }
 
+/// U's end activates T, on V's thread if V has ended, and else on U's. Only if T ends last, at the instant at
+/// which W ends, does its thread take one of W's readers, so that P waits for them.
+TEST(Exploration, AWitnessTellsWhichJobEndsFirstThoughThreadsAreSwapped) {
+  TaskSet set;
+  const TaskId u = add_timer(set, 20ns, 6ns), v = add_timer(set, 20ns, 4ns);
+  const TaskId t = add_subscription(set, {u}, 3ns), p = add_timer(set, 20ns, 1ns, 8ns);
+  const TaskId w = add_timer(set, 20ns, 2ns, 7ns);
+  for (int reader = 0; reader < 2; ++reader) add_subscription(set, {w}, 3ns);
+  for (const TaskId task : {u, t, w}) set.tasks[task].bcet = 1ns;
+  set.tasks[v].bcet = 3ns;
+  set.tasks[p].group = set[t].group;
+  Platform platform;
+  platform.cores = 2;
+  EXPECT_EQ(explored(set, "multi", platform, 2).at(p), 5ns);
+}
+
 TEST(Exploration, OfMoreThanThreeThreadsNumbersDecideWhichIsWoken) {
   TaskSet set;
   add_timer(set, 10ms, 1ms);
