@@ -105,15 +105,12 @@ class ExploredSimulation : public Simulation {
   /// Of several: what they run, in the order in which they act at one instant; and until when the others
   /// sleep, of which all but one wait to be woken.
   void describe_threads(StateWords& words) const {
-    words.add(static_cast<std::int64_t>(workers_.on_core()));
-    for (std::size_t i = 0; i < workers_.on_core(); ++i) {
-      if (!scheduler_->threads_alike()) words.add(workers_.running(i));
-      describe_next(workers_[workers_.running(i)], words);
+    words.add(static_cast<std::int64_t>(workers_.on_cores().size()));
+    for (const Worker w : workers_.on_cores()) {
+      if (!scheduler_->threads_alike()) words.add(w);
+      describe_next(workers_[w], words);
     }
-    Time wakes = kNever;
-    for (Worker w = 0; w < workers_.size(); ++w)
-      if (workers_[w].step == Step::asleep) wakes = std::min(wakes, workers_[w].until);
-    words.add(wakes);
+    words.add(workers_.next_to_wake());
   }
 
   static bool waits(const SimulatedWorkers::State& worker) {

@@ -48,23 +48,16 @@ void choose(const ExploredState& state, const Instants& ends, std::size_t next, 
 }  // namespace
 
 Time ExploredState::next_of_others() const {
-  SimulatedWorkers& workers = simulation->workers();
-  std::vector<SimulatedWorkers::State> all;
-  for (Worker w = 0; w < workers.size(); ++w) all.push_back(workers[w]);
+  SimulatedWorkers workers = simulation->workers();
   if (simulation->several()) {
-    for (const Worker w : running()) workers[w].until = kNever;
-  } else if (runs())
-    executor().until = executor().slice_end = kNever;
-  if (releases) timers().until = timers().slice_end = kNever;
+    for (const Worker w : workers.on_cores()) workers[w].until = kNever;
+  } else if (runs()) {
+    workers[kExecutor].until = workers[kExecutor].slice_end = kNever;
+  }
+  if (releases) workers[kTimerThread].until = workers[kTimerThread].slice_end = kNever;
   if (wakes) workers.sleep_until(kExecutor, kNever);
   if (timers_wake()) workers.sleep_until(kTimerThread, kNever);
-  const Time next = simulation->next_of_threads();
-  for (Worker w = 0; w < workers.size(); ++w) {
-    if (all[w].step == Step::asleep) workers.sleep_until(w, all[w].until);
-    workers[w].until = all[w].until;
-    workers[w].slice_end = all[w].slice_end;
-  }
-  return next;
+  return workers.next_instant(simulation->now());
 }
 
 bool ExploredState::slice_matters() const {
@@ -75,7 +68,7 @@ bool ExploredState::slice_matters() const {
 std::vector<UncertainInstant> ExploredState::uncertain() const {
   Instants all;
   if (simulation->several()) {
-    for (const Worker w : running()) all.push_back({end_of_job(w)});
+    for (const Worker w : simulation->workers().on_cores()) all.push_back({end_of_job(w)});
     return all;
   }
   if (runs() || wakes) all.push_back({kEnd});
@@ -115,7 +108,7 @@ void ExploredState::move_to(const Branch& branch, const std::vector<std::int64_t
     return std::ranges::find(branch.now, coordinate) != branch.now.end();
   };
   if (simulation->several()) {
-    for (const Worker w : running()) {
+    for (const Worker w : workers.on_cores()) {
       workers[w].until = workers[w].step_end = instant(end_of_job(w));
       const bool ends = happens_now(end_of_job(w));
       workers[w].rounds = ends ? 0 : 2;  // not in this one

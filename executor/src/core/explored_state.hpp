@@ -75,13 +75,6 @@ struct ExploredState {
   [[nodiscard]] bool runs() const { return busy() && executor().on_core; }
   /// Whether the timer thread sleeps until an uncertain instant.
   [[nodiscard]] bool timers_wake() const { return releases && timers().step == Step::asleep; }
-  /// The threads that run jobs, of several, in the order in which they act at one instant.
-  [[nodiscard]] std::vector<Worker> running() const {
-    std::vector<Worker> all;
-    for (std::size_t i = 0; i < simulation->workers().on_core(); ++i)
-      all.push_back(simulation->workers().running(i));
-    return all;
-  }
   /// Threads that are alike may have swapped their jobs on other ways to the state, but no task runs twice.
   [[nodiscard]] std::uint32_t name_of_job(Worker w) const {
     return simulation->scheduler().threads_alike() ? simulation->workers()[w].record.job.task : w;

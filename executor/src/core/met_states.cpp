@@ -65,7 +65,7 @@ std::vector<std::int64_t> MetStates::describe(const ExploredState& state, std::i
   state.simulation->scheduler().describe(words);
   state.simulation->workload().describe(words);
   if (state.simulation->several()) {
-    for (const Worker w : state.running()) {
+    for (const Worker w : state.simulation->workers().on_cores()) {
       const Job& job = state.simulation->workers()[w].record.job;
       if (publications_ && !is_of_timer(job)) describe_publication(job.parent, words);
       coordinates.push_back(state.end_of_job(w));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include "hotpath/core/platform.hpp"
@@ -122,8 +123,9 @@ class SimulatedWorkers {
   const State& operator[](Worker w) const { return states_[w]; }
 
   /// The workers on cores, by priority, then by time since they became ready.
-  std::size_t on_core() const { return on_core_; }
-  Worker running(std::size_t i) const { return cores_differ_ ? running_[i] : ready_[i]; }
+  std::span<const Worker> on_cores() const {
+    return std::span(cores_differ_ ? running_ : ready_).first(on_core_);
+  }
 
   /// Starts the next step of a ready worker.
   void begin_step(Worker w, Step step, Duration length, Time now) {
@@ -184,13 +186,15 @@ class SimulatedWorkers {
     assign_cores(insert(w, falls), now);
   }
 
+  /// When the first of the sleeping workers wakes.
+  Time next_to_wake() const { return sleepers_.time(); }
+
   /// The earliest of: a step ends, a sleeper wakes, a time slice ends for which other workers wait.
   Time next_instant(Time now) const {
     Time next = sleepers_.time();
-    for (std::size_t i = 0; i < on_core(); ++i) next = std::min(next, states_[running(i)].until);
-    if (ready_.size() > on_core()) {
-      for (std::size_t i = 0; i < on_core(); ++i) {
-        const Worker w = running(i);
+    for (const Worker w : on_cores()) next = std::min(next, states_[w].until);
+    if (ready_.size() > on_core_) {
+      for (const Worker w : on_cores()) {
         if (others_wait_for_core_of(w)) next = std::min(next, std::max(now, states_[w].slice_end));
       }
     }
@@ -199,8 +203,8 @@ class SimulatedWorkers {
 
   /// Replaces workers of the ordinary policy whose time slice is over by waiting ones.
   void rotate_expired(Time now) {
-    for (std::size_t i = 0; ready_.size() > on_core() && i < on_core();) {
-      const Worker w = running(i);
+    for (std::size_t i = 0; ready_.size() > on_core_ && i < on_core_;) {
+      const Worker w = on_cores()[i];
       if (states_[w].slice_end > now || !others_wait_for_core_of(w)) {
         ++i;
         continue;
@@ -218,7 +222,7 @@ class SimulatedWorkers {
   /// Whether a worker of the ordinary policy waits for the core of `w`, also of that policy.
   bool others_wait_for_core_of(Worker w) const {
     const State& s = states_[w];
-    if (s.priority != 0 || ready_.size() == on_core()) return false;
+    if (s.priority != 0 || ready_.size() == on_core_) return false;
     if (!cores_differ_) return states_[ready_[cores_]].priority == 0;
     return std::any_of(ready_.begin(), ready_.end(), [&](Worker other) {
       const State& o = states_[other];

@@ -75,9 +75,8 @@ class Simulation {
     for (Worker w = 0; w < workers_.size(); ++w) workers_.make_ready(w, now_);
     take_steps();
   }
-  [[nodiscard]] Time next_of_threads() const { return workers_.next_instant(now_); }
   [[nodiscard]] Time next_instant() const {
-    const Time next = next_of_threads();
+    const Time next = workers_.next_instant(now_);
     return on_the_way_.empty() ? next : std::min(next, on_the_way_.front().arrival);
   }
   void advance(Time instant) {
@@ -119,8 +118,7 @@ class Simulation {
   /// of higher priority takes their core.
   void finish_jobs() {
     done_.clear();
-    for (std::size_t i = 0; i < workers_.on_core(); ++i) {
-      const Worker w = workers_.running(i);
+    for (const Worker w : workers_.on_cores()) {
       SimulatedWorkers::State& worker = workers_[w];
       if (worker.step == Step::run && worker.until <= now_ && worker.ends_in_next_round()) done_.push_back(w);
     }
@@ -152,8 +150,8 @@ class Simulation {
     workers_.rotate_expired(now_);
     for (bool stepped = true; stepped;) {
       stepped = false;
-      for (std::size_t i = 0; i < workers_.on_core(); ++i) {
-        const Worker w = workers_.running(i);
+      for (std::size_t i = 0; i < workers_.on_cores().size(); ++i) {
+        const Worker w = workers_.on_cores()[i];
         if (workers_[w].until > now_ || workers_[w].rounds > 0) continue;
         step(w);
         stepped = true;
