@@ -169,11 +169,6 @@ class Exploration final : public JobSink, public ExploredInstant {
     }
   }
 
-  void keep_way(const ExploredState& state, ExploredPaths::End place) {
-    paths_.add(
-        {state.zone, from_, std::move(place), kNow, state.begun, state.ended, state.sent, state.released});
-  }
-
   /// Several threads run jobs: gives each that began a coordinate for its end.
   void after_several(ExploredState& state) {
     state.from = Time{} + Duration(state.zone.lowest(kNow));
@@ -359,8 +354,9 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   void enter(ExploredState state) {
-    met_.enter(std::move(state), [this](const ExploredState& met, ExploredPaths::End place) {
-      if (!kept_.empty()) keep_way(met, std::move(place));
+    met_.enter(std::move(state), [this](const ExploredState& s, ExploredPaths::End place) {
+      if (kept_.empty()) return;
+      paths_.add({s.zone, from_, std::move(place), kNow, s.begun, s.ended, s.sent, s.released});
     });
   }
 
