@@ -111,7 +111,6 @@ class WaitSet : public ExploredScheduler {
   [[nodiscard]] const std::vector<TaskId>& entities() const { return entities_; }
 
  private:
-  /// A list optimised for removal at the front.
   class Snapshot {
    public:
     explicit Snapshot(TaskId tasks) : contains_(tasks, false), added_at_(tasks) {}
@@ -121,57 +120,40 @@ class WaitSet : public ExploredScheduler {
       added_at_.emplace_back();
     }
     void erase(TaskId task) {
-      if (contains_[task])
-        remove(static_cast<std::size_t>(
-            std::find(tasks_.begin() + static_cast<std::ptrdiff_t>(next_), tasks_.end(), task) -
-            tasks_.begin()));
+      contains_[task] = false;
+      std::erase(tasks_, task);
     }
     void clear() {
-      for (std::size_t at = next_; at < tasks_.size(); ++at) contains_[tasks_[at]] = false;
+      for (const TaskId task : tasks_) contains_[task] = false;
       tasks_.clear();
-      next_ = 0;
     }
     void add(TaskId task, Time now) {
       if (contains_[task]) return;
       contains_[task] = true;
       added_at_[task] = now;
-      if (tasks_.size() == tasks_.capacity()) {
-        tasks_.erase(tasks_.begin(), tasks_.begin() + static_cast<std::ptrdiff_t>(next_));
-        next_ = 0;
-      }
       tasks_.push_back(task);
     }
-    [[nodiscard]] std::span<const TaskId> tasks() const { return std::span(tasks_).subspan(next_); }
+    [[nodiscard]] std::span<const TaskId> tasks() const { return tasks_; }
     /// When the task was last added.
     [[nodiscard]] Time added_at(TaskId task) const { return added_at_[task]; }
     template <class Decide>
     TaskId take_first(Decide&& pick) {
-      for (std::size_t at = next_; at < tasks_.size();) {
-        const TaskId task = tasks_[at];
+      for (auto at = tasks_.begin(); at != tasks_.end();) {
+        const TaskId task = *at;
         const Pick action = pick(task);
         if (action == Pick::leave) {
           ++at;
           continue;
         }
-        remove(at);
-        at = std::max(at, next_);
+        at = tasks_.erase(at);
+        contains_[task] = false;
         if (action == Pick::run) return task;
       }
       return kNoTask;
     }
 
    private:
-    void remove(std::size_t at) {
-      contains_[tasks_[at]] = false;
-      if (at == next_) {
-        ++next_;
-      } else {
-        tasks_.erase(tasks_.begin() + static_cast<std::ptrdiff_t>(at));
-      }
-    }
-
     std::vector<TaskId> tasks_;
-    std::size_t next_ = 0;
     std::vector<std::uint8_t> contains_;  // by task
     std::vector<Time> added_at_;          // by task
   };
