@@ -64,24 +64,22 @@ std::vector<std::int64_t> MetStates::describe(const ExploredState& state, std::i
   }
   state.simulation->scheduler().describe(words);
   state.simulation->workload().describe(words);
+  const auto add_job = [&](const SimulatedWorkers::State& thread) {
+    const Job& job = thread.record.job;
+    if (publications_ && !job.empty && !is_of_timer(job)) describe_publication(job.parent, words);
+    if (thread.step == ExploredState::Step::run) add_coordinate(state, {job.ref()}, coordinates);
+  };
   if (state.simulation->several()) {
     for (const Worker w : state.simulation->workers().on_cores()) {
-      const Job& job = state.simulation->workers()[w].record.job;
-      if (publications_ && !is_of_timer(job)) describe_publication(job.parent, words);
       coordinates.push_back(state.end_of_job(w));
-      add_coordinate(state, {job.ref()}, coordinates);
+      add_job(state.simulation->workers()[w]);
     }
-    for (const JobInstant& instant : words.data()) add_coordinate(state, instant, coordinates);
-    return words.take_words();
+  } else {
+    if (state.busy() || state.wakes) coordinates.push_back(kEnd);
+    if (state.releases) coordinates.push_back(kTimers);
+    if (state.simulation->shares_core() && state.executor().on_core) coordinates.push_back(kSlice);
+    if (state.busy() && state.executor().has_job) add_job(state.executor());
   }
-  if (state.busy() || state.wakes) coordinates.push_back(kEnd);
-  if (state.releases) coordinates.push_back(kTimers);
-  if (state.simulation->shares_core() && state.executor().on_core) coordinates.push_back(kSlice);
-  const SimulatedWorkers::State& executor = state.executor();
-  const bool has_sample = executor.has_job && !executor.record.job.empty && !is_of_timer(executor.record.job);
-  if (publications_ && state.busy() && has_sample) describe_publication(executor.record.job.parent, words);
-  if (executor.step == ExploredState::Step::run)
-    add_coordinate(state, {executor.record.job.ref()}, coordinates);
   for (const JobInstant& instant : words.data()) add_coordinate(state, instant, coordinates);
   return words.take_words();
 }
