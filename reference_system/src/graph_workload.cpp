@@ -106,16 +106,14 @@ void GraphWorkload::describe(StateWords& words) const {
       if (with_publications_) describe_publication(unread.parent, words);
     }
   }
-  for (const OnTheWay& message : on_the_way_) {
+  for (const OnTheWay& message : on_the_way_)
     describe(message.sample, structure_->sources[message.parent.task], words);
-  }
 }
 
 void GraphWorkload::describe(const Job& job, StateWords& words) const {
   const Running& running = *std::ranges::find(running_, job.ref(), &Running::ref);
   words.add(running.works ? 1 : 0);
   for (const auto& message : running.messages) words.add(message.publication);
-  words.add(-1);
   describe(running.own, structure_->sources[job.task], words);
   for (const SimulatedSample& sample : running.taken) describe(sample, structure_->sources[job.task], words);
   words.add(-3);
