@@ -78,6 +78,19 @@ class Truth(ImportTest):
         self.assertTrue(run.accounts_for_all())
 
 
+class Kinds(ImportTest):
+    """Timers, subscriptions, a service and its client, an intra-process subscription and a reentrant
+    group on Jazzy."""
+
+    def test_order_of_a_recorded_program(self) -> None:
+        for name, executor in (("kinds_jazzy_default", "default"), ("kinds_jazzy_static", "static-jazzy")):
+            with self.subTest(trace=name):
+                facts, _ = self.imported(self.unpacked(name, name))
+                self.assertEqual([e["executor"] for e in facts["executors"]], [executor])
+                self.assertEqual(facts["self_check"]["light"], "green")
+                self.assertGreater(facts["self_check"]["similarity"], 0.99)
+
+
 class Deliveries(ImportTest):
     """Upstream's reference system on Jazzy: the order of delivery, and predictions that need it."""
 

@@ -173,6 +173,7 @@ class Simulation {
   std::optional<Ready> decide(ThreadState& thread) {
     const Executor& executor = thread.thread.executor;
     if (executor.family == Family::wait_set) {
+      if (executor.waits_after_each_job) thread.queue.clear();
       pass_waitables(thread);
       if (thread.queue.empty() || faulty(Fault::polls_after_each_job)) poll(thread);
       pass_waitables(thread);

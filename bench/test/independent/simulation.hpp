@@ -39,7 +39,7 @@ enum class Fault {
   count                     // not a fault
 };
 
-/// An executor with one thread, as docs name it: `default`, `static`, `events-ro`, `cbg:1`, and
+/// An executor with one thread, as docs name it: `default`, `static`, `static-jazzy`, `events-ro`, `cbg:1`, and
 /// `rm-ro`, `dm-ro`, `edf-ro`, `fp-ro` with `:first` and `:fifo`.
 struct Executor {
   explicit Executor(const std::string& label);
@@ -48,6 +48,7 @@ struct Executor {
   std::string policy;  ///< rm, dm, edf, fp, or empty.
   Family family = Family::events;
   bool timers_first = true;    ///< Of wait sets.
+  bool waits_after_each_job = false;
   bool samples_first = false;  ///< `:first`.
   bool fifo = false;           ///< `:fifo`.
   bool at_dispatch = false;    ///< A reentrant group waits again when its job begins.
