@@ -157,7 +157,7 @@ class EventWriter {
     for (std::uint32_t n = 0; n < run_.graph.nodes.size(); ++n) {
       const tracing::Event where = on_main_thread(process_of[n]);
       if (processes.insert(process_of[n]).second) {
-        add(begin, E::rcl_init, where, {1}, {run_.jazzy ? "9.2.0" : "8.0.0", ""});
+        add(begin, E::rcl_init, where, {1}, {run_.jazzy ? "8.2.2" : "8.0.0", ""});
         if (std::ranges::count(run_.states_jobs, true) > 0)
           add(begin, E::executor_init, where, {kExecutor}, {"hotpath", ""});
       }

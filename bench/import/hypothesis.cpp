@@ -39,22 +39,22 @@ void find_contests(const TaskSet& set, RecordedSteps& recorded) {
   }
 }
 
-/// The major version of rcl of each release.
-constexpr std::array<std::pair<int, RosDistro>, 5> kReleases = {{{5, RosDistro::humble},
-                                                                 {6, RosDistro::iron},
-                                                                 {9, RosDistro::jazzy},
-                                                                 {10, RosDistro::kilted},
-                                                                 {11, RosDistro::lyrical}}};
+/// The version of tracetools of each release, 100 * major + minor.
+constexpr std::array<std::pair<int, RosDistro>, 4> kReleases = {
+    {{401, RosDistro::humble}, {603, RosDistro::iron}, {802, RosDistro::jazzy}, {806, RosDistro::kilted}}};
 
 /// Whether the system can have an executor of these releases. A version between those of two
 /// releases belongs to the development of the later one.
-bool can_have(const std::string& rcl_version, const RosDistros& releases) {
-  const int version = std::atoi(rcl_version.c_str());
+bool can_have(const std::string& tracetools_version, const RosDistros& releases) {
+  const auto point = std::min(tracetools_version.find('.'), tracetools_version.size());
+  const int version = 100 * std::atoi(tracetools_version.c_str()) +
+                      (point < tracetools_version.size() ? std::atoi(&tracetools_version[point + 1]) : 0);
   if (version < kReleases.front().first) return true;  // unknown
   const auto later = std::ranges::upper_bound(kReleases, version, {}, [](const auto& r) { return r.first; });
   const auto release = std::prev(later);
   return releases.has(release->second) ||
-         (later != kReleases.end() && version > release->first && releases.has(later->second));
+         (version > release->first &&
+          releases.has(later != kReleases.end() ? later->second : RosDistro::lyrical));
 }
 
 /// Whether an executor with these traits can have run the threads, each of which ran a job.

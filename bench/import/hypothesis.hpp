@@ -97,7 +97,7 @@ struct Agreement {
 [[nodiscard]] bool emits_waits(const ExecutorTraits& traits);
 
 /// The executors of the registry, with their variants, that can have run so many threads.
-/// `rcl_version` excludes executors of other releases; empty: unknown.
+/// `rcl_version` (of tracetools) excludes executors of other releases; empty: unknown.
 [[nodiscard]] std::vector<Hypothesis> possible_hypotheses(const RecordedSteps& recorded, bool waits,
                                                           const std::string& rcl_version);
 

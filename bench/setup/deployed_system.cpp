@@ -85,7 +85,7 @@ Premises premises(const Graph& graph, const TaskSet& set, const ExecutorSpec& sp
     const auto is_one = [kind = kind](const Task& task) {
       return task.kind == TaskKind::subscription && task.entity == kind;
     };
-    if (std::ranges::any_of(set.tasks, is_one)) 
+    if (std::ranges::any_of(set.tasks, is_one))
       kinds.push_back(kind == EntityKind::intra_process ? "intra-process subscriptions" : concat(word, "s"));
   }
   for (const PlatformCost& cost : kPlatformCosts) {

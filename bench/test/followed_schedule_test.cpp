@@ -159,9 +159,9 @@ std::vector<std::string> possible(std::size_t threads, const std::string& rcl_ve
 }
 
 TEST(Hypotheses, AreThoseOfTheRelease) {
-  for (const char* version : {"9.2.0", "", "8.0.0", "10.1"})  // 8: the development of Jazzy, whose rcl is 9
+  for (const char* version : {"8.2.2", "", "8.0.0", "8.9"})  // 8.0: the development of Jazzy
     EXPECT_THAT(possible(2, version), Contains("multi-jazzy:2")) << version;
-  for (const char* version : {"5.3.7", "6.0.0"})
+  for (const char* version : {"4.1.1", "6.3.2"})
     EXPECT_THAT(possible(2, version), Not(Contains("multi-jazzy:2"))) << version;
 }
 

@@ -24,7 +24,7 @@ OTHERS = {
     "sequences": ("edf-ro", "multi-jazzy:2"),
     "many_to_many": ("events-ro", "rm-re", "multi:2"),
 }
-RCL_VERSIONS = {"default": "8.0.0", "multi-jazzy:2": "9.2.0"}
+RCL_VERSIONS = {"default": "8.0.0", "multi-jazzy:2": "8.2.2"}
 TWO_PROCESSES = """name: two
 executors:
   - {name: front, executor: rm-ro, process: a, owns: [FrontLidarDriver, PointsTransformerFront]}

@@ -189,7 +189,9 @@ class DeploymentReader {
     const std::string& topic = node.inputs[*tasks_.origin[reader].input].topic;
     const DeployedExecutor &from = owner_of(tasks_.set[publisher].group),
                            &to = owner_of(tasks_.set[reader].group);
-    if (tasks_.set[reader].entity != EntityKind::intra_process || from.process == to.process) return;
+    const bool within =
+        graph_.intra_process.contains(topic) || tasks_.set[reader].entity == EntityKind::intra_process;
+    if (!within || from.process == to.process) return;
     throw InputError(path_, std::max(from.line, to.line),
                      "topic " + topic + " is `intra_process`, and would lead from executor " + from.name +
                          " to " + to.name + " of another process",

@@ -127,8 +127,7 @@ GraphSource read_graph(const std::string& path, const std::vector<std::string>& 
   if (const auto given = map.find("topics")) read_topics(*given, source);
   for (const YamlValue& node : map.needed("nodes").list("a node")) read_node(node, source);
   const auto has_service = [](const Node& n) {
-    return std::ranges::any_of(n.callbacks,
-                               [](const Callback& c) { return is_service(c.entity); });
+    return std::ranges::any_of(n.callbacks, [](const Callback& c) { return is_service(c.entity); });
   };
   if (waits && std::ranges::none_of(graph.nodes, has_service)) {
     map.find("service_wait_ms")

@@ -69,7 +69,7 @@ TEST(GraphFile, ReadsEveryKey) {
   EXPECT_EQ(entity_of("K/a"), EntityKind::service);
   EXPECT_EQ(entity_of("K/b"), EntityKind::client);
   EXPECT_EQ(entity_of("W/l"), EntityKind::waitable);
-  EXPECT_EQ(entity_of("Y/b"), EntityKind::waitable) << "of an intra-process topic";
+  EXPECT_EQ(entity_of("Y/b"), EntityKind::intra_process) << "of an intra-process topic";
   const GraphPlatform& platform = graph.platform;
   EXPECT_EQ(platform.cores, 2U);
   EXPECT_EQ(platform.timer_thread, TimerThread::equal);

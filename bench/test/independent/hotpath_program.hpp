@@ -15,9 +15,9 @@ namespace independent {
 
 /// Executors with one thread, with their variants.
 inline const std::vector<std::string> kExecutors = {
-    "default", "static", "static-jazzy", "events-ro",  "cbg:1",       "cbg-3178:1",
-    "rm-ro",        "rm-ro:first", "rm-ro:fifo", "dm-ro",       "edf-ro",
-    "edf-ro:first", "edf-ro:fifo", "fp-ro",      "fp-ro:first", "fp-ro:fifo"};
+    "default",     "static",      "static-jazzy", "events-ro", "cbg:1",  "cbg-3178:1",
+    "rm-ro",       "rm-ro:first", "rm-ro:fifo",   "dm-ro",     "edf-ro", "edf-ro:first",
+    "edf-ro:fifo", "fp-ro",       "fp-ro:first",  "fp-ro:fifo"};
 
 std::string joined(const std::vector<std::string>& items);
 

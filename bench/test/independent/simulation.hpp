@@ -39,15 +39,15 @@ enum class Fault {
   count                     // not a fault
 };
 
-/// An executor with one thread, as docs name it: `default`, `static`, `static-jazzy`, `events-ro`, `cbg:1`, and
-/// `rm-ro`, `dm-ro`, `edf-ro`, `fp-ro` with `:first` and `:fifo`.
+/// An executor with one thread, as docs name it: `default`, `static`, `static-jazzy`, `events-ro`, `cbg:1`,
+/// and `rm-ro`, `dm-ro`, `edf-ro`, `fp-ro` with `:first` and `:fifo`.
 struct Executor {
   explicit Executor(const std::string& label);
 
   std::string label;
   std::string policy;  ///< rm, dm, edf, fp, or empty.
   Family family = Family::events;
-  bool timers_first = true;    ///< Of wait sets.
+  bool timers_first = true;  ///< Of wait sets.
   bool waits_after_each_job = false;
   bool samples_first = false;  ///< `:first`.
   bool fifo = false;           ///< `:fifo`.

@@ -204,7 +204,8 @@ class System {
   void poll() {
     if (planted_ != Planted::blocked_kept) snapshot_.clear();
     for (const int t : waited_)
-      if ((is_ready(t) || is_asked_in_turn(t)) && std::ranges::find(snapshot_, t) == snapshot_.end()) snapshot_.push_back(t);
+      if ((is_ready(t) || is_asked_in_turn(t)) && std::ranges::find(snapshot_, t) == snapshot_.end())
+        snapshot_.push_back(t);
   }
 
   bool is_asked_in_turn(int t) const { return rebuilds_ && task(t).intra_process; }
