@@ -5,7 +5,10 @@
 
 #include <gmock/gmock.h>
 
+#include <utility>
+
 #include "graph_fixture.hpp"
+#include "program/text.hpp"
 
 namespace hotpath::exact_worst_cases_test {
 
@@ -85,15 +88,17 @@ TEST(ExactWorstCases, WhatAnExplorationMetBeforeItsLimitIsSaidOfTheRightChain) {
 /// a and b end together, while Y and Z keep both threads from R for up to 3 ms: the thread with the higher
 /// number publishes r last, and R takes that sample last. In later periods a has either thread.
 TEST(ExactWorstCases, NumbersOfThreadsDecideWhoseSampleIsLast) {
-  for (const std::string kind : {"mutually_exclusive", "reentrant"}) {
-    const std::string group_of_a = kind == "reentrant" ? ", group: g" : "";
+  for (const auto& [kind, group_of_a] :
+       {std::pair("mutually_exclusive", ""), std::pair("reentrant", ", group: g")}) {
     const GraphBounds bounds = bounds_of(
-        "  - name: N\n    type: callbacks\n    groups: {g: " + kind + "}\n    callbacks:\n" +
-            "      - {timer: a, period_ms: 20, execution_time_ms: 4, publishes: [a, r]" + group_of_a + "}\n" +
+        program::text(
+            "  - name: N\n    type: callbacks\n    groups: {g: %s}\n    callbacks:\n"
+            "      - {timer: a, period_ms: 20, execution_time_ms: 4, publishes: [a, r]%s}\n"
             "      - {timer: b, period_ms: 20, execution_time_ms: 4, publishes: [b, r], group: g}\n"
             "  - {name: Y, type: command, input: a, execution_time_ms: 3, best_case_execution_time_ms: 1}\n"
             "  - {name: Z, type: command, input: b, execution_time_ms: 3, best_case_execution_time_ms: 1}\n"
             "  - {name: R, type: command, input: r, execution_time_ms: 1}\n",
+            kind, group_of_a),
         "topics: {r: {publishers: many}}\nplatform: {cores: 2}\nchains:\n"
         "  - {name: of_a, nodes: [N/a, R], sources: [N/a], sink: R}\n"
         "  - {name: of_b, nodes: [N/b, R], sources: [N/b], sink: R}\n",

@@ -103,6 +103,7 @@ void set_key(const YAML::Node& document, const std::string& setting) {
   const std::string name = setting.substr(0, dot), key = setting.substr(dot + 1, equals - dot - 1);
   std::map<std::string, YAML::Node> maps = maps_by_name(document["nodes"]);
   std::vector<std::string> names;
+  names.reserve(maps.size());
   for (const auto& [known, map] : maps) names.push_back(known);
   if (!maps.contains(name))
     throw InputError("--set " + setting, 0, "the graph has no node " + name, suggest(name, names));

@@ -288,6 +288,8 @@ class Check {
       const bool known = !duplicates_.contains({o.chain, o.sequence});
       rows[1].push_back({100, o.chain, o.sequence, known ? o.hot_path : 0, known ? o.end_to_end : 0});
     }
+    // On several processors, a job that still runs at the end may have begun before others that ended.
+    std::ranges::stable_sort(rows[0], {}, [](const Row& row) { return row[5]; });
     std::ranges::sort(rows[1]);
     return rows;
   }

@@ -112,9 +112,12 @@ constexpr ExecutorTraits wait_set(TaskKind first, bool many_workers, bool in_pap
 }
 
 /// Of an executor with an events queue.
-constexpr ExecutorTraits events(Family family, TimerHandling timers, Policy policy, bool in_paper,
+constexpr ExecutorTraits events(TimerHandling timers, Policy policy, bool in_paper,
                                 std::optional<RosDistros> on_rclcpp, ReferenceCosts reference,
                                 std::string_view colour) {
+  const Family family = timers == TimerHandling::marked_ready ? Family::callback_groups
+                        : policy == Policy::fifo              ? Family::events
+                                                              : Family::priority_events;
   return {.family = family,
           .timers = timers,
           .policy = policy,
@@ -134,8 +137,8 @@ constexpr ExecutorEntry priority_events(std::string_view name, std::string_view 
   constexpr bool in_paper = policy == Policy::rm || policy == Policy::edf;
   constexpr bool on_rclcpp = in_paper || policy == Policy::dm || policy == Policy::fp;  // in hotpath_rclcpp
   return {name, "EventsExecutor", description,
-          events(Family::priority_events, timers, policy, in_paper,
-                 on_rclcpp ? std::optional(RosDistros{}) : std::nullopt, kEventsCosts, colour),
+          events(timers, policy, in_paper, on_rclcpp ? std::optional(RosDistros{}) : std::nullopt,
+                 kEventsCosts, colour),
           timers == TimerHandling::release_only ? make_ro<policy> : make_re<policy>};
 }
 
@@ -144,13 +147,12 @@ constexpr auto kRe = TimerHandling::release_and_execute;
 
 constexpr ExecutorTraits stock_events(TimerHandling timers, bool in_paper, ReferenceCosts reference,
                                       std::string_view colour) {
-  return events(Family::events, timers, Policy::fifo, in_paper, RosDistros{RosDistro::iron}, reference,
-                colour);
+  return events(timers, Policy::fifo, in_paper, RosDistros{RosDistro::iron}, reference, colour);
 }
 
 constexpr ExecutorTraits callback_groups(std::optional<RosDistros> on_rclcpp, std::string_view colour) {
-  return events(Family::callback_groups, TimerHandling::marked_ready, Policy::fifo, false, on_rclcpp,
-                {1, 2us, 100us, 0us, 0us}, colour);
+  return events(TimerHandling::marked_ready, Policy::fifo, false, on_rclcpp, {1, 2us, 100us, 0us, 0us},
+                colour);
 }
 
 constexpr std::array kExecutors = {
