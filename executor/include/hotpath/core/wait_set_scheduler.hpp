@@ -39,7 +39,7 @@ class WaitSet : public ExploredScheduler {
     forget,  ///< Continue with the next task; this one waits for the next poll.
   };
 
-  /// When an intra-process subscription, which rclcpp asks itself whether it has a sample, is asked.
+  /// When rclcpp asks an intra-process subscription whether it has a sample; rcl does not know.
   enum class Asked : std::uint8_t {
     at_poll,  ///< As all others: rclcpp up to 26 (allocator_memory_strategy.hpp).
     at_turn,  ///< When those before it in the snapshot have run: from 28 on (wait_result.hpp).
