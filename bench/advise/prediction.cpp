@@ -57,13 +57,8 @@ void summarise(Prediction& p, const setup::CommonOptions& options) {
 /// The latencies of the objective's chain in ms by draw.
 RepeatedSamples latencies_of(const Prediction& prediction, const Objective& objective) {
   std::vector<std::vector<double>> by_draw;
-  for (const results::Repetition& draw : prediction.draws) {
-    std::vector<double>& samples = by_draw.emplace_back();
-    for (const ChainRecord& r : draw.trace.chains) {
-      const auto latency = r.latency(objective.latency);
-      if (r.chain == objective.chain && latency) samples.push_back(to_ms(*latency));
-    }
-  }
+  for (const results::Repetition& draw : prediction.draws)
+    by_draw.push_back(results::latencies_ms(draw.trace.chains, objective.chain, objective.latency));
   return RepeatedSamples(std::move(by_draw));
 }
 
@@ -74,10 +69,8 @@ void add_bounds(Prediction& prediction, const Objective& objective, const setup:
   if (candidate.graph.chains.empty()) return;
   const auto all =
       setup::guarantees(candidate.graph, candidate.tasks, candidate.spec, &options, &prediction.refusal);
-  const auto bound_of = [&](std::size_t c) -> std::optional<bounds::Guarantee> {
-    const bounds::ChainGuarantee* const chain = all ? all->chain(candidate.graph.chains[c].name) : nullptr;
-    if (chain == nullptr) return std::nullopt;
-    return chain->of(objective.latency);
+  const auto bound_of = [&](std::size_t c) {
+    return all ? all->of(candidate.graph.chains[c].name, objective.latency) : std::nullopt;
   };
   prediction.bound = bound_of(objective.chain);
   prediction.proven = !objective.requirements.empty() &&

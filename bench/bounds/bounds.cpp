@@ -83,9 +83,10 @@ CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool p
   return out;
 }
 
-const ChainGuarantee* Guarantees::chain(const std::string& name) const {
-  const auto chain = std::ranges::find(chains, name, &ChainGuarantee::name);
-  return chain == chains.end() ? nullptr : &*chain;
+std::optional<Guarantee> Guarantees::of(const std::string& chain, Latency latency) const {
+  const auto bounded = std::ranges::find(chains, chain, &ChainGuarantee::name);
+  if (bounded == chains.end()) return std::nullopt;
+  return latency == Latency::age ? bounded->age : bounded->hot_path;
 }
 
 std::optional<Guarantees> smallest_of(const CallbackGraph& callbacks,

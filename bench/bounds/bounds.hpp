@@ -35,10 +35,6 @@ struct ChainGuarantee {
   std::string name;
   std::optional<Guarantee> age;       ///< End-to-end latency.
   std::optional<Guarantee> hot_path;  ///< Hot-path latency.
-
-  [[nodiscard]] const std::optional<Guarantee>& of(Latency latency) const {
-    return latency == Latency::age ? age : hot_path;
-  }
 };
 
 /// What theory guarantees for a graph under one executor: for any phases, unless a method says for which.
@@ -46,8 +42,8 @@ struct Guarantees {
   std::vector<std::optional<Guarantee>> tasks;  ///< Response times, by task.
   std::vector<ChainGuarantee> chains;           ///< Those that begin in timers.
 
-  /// nullptr: the chain does not begin in timers.
-  [[nodiscard]] const ChainGuarantee* chain(const std::string& name) const;
+  /// Of the chain's age or hot-path latency; std::nullopt also if the chain does not begin in timers.
+  [[nodiscard]] std::optional<Guarantee> of(const std::string& chain, Latency latency) const;
 };
 
 /// The smallest of the bounds of all methods; std::nullopt if no method covers the system.

@@ -65,14 +65,6 @@ Trace simulate_recorded(const Graph& graph, const GraphTasks& tasks, const setup
   return simulated::simulate_repetition(plan).trace;
 }
 
-/// By chain.
-std::vector<std::vector<double>> latencies_ms(const Graph& graph, const Trace& trace) {
-  std::vector<std::vector<double>> all(graph.chains.size());
-  for (const ChainRecord& r : results::counted_chains(trace, Time{}))
-    all[r.chain].push_back(to_ms(r.hot_path_latency));
-  return all;
-}
-
 /// Latencies that differ by less count as equal, which matters for callbacks without work.
 constexpr double kSame_ms = 1e-3;
 
@@ -140,10 +132,12 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const setup::E
                                                  results::schedule_of(tasks.set, simulated));
   judge(check, 1 - check.schedule.similarity, 1 - kSimilarity,
         program::text("The order of jobs differs: %.3f similar.", check.schedule.similarity));
-  const auto recorded_ms = latencies_ms(graph, recorded), simulated_ms = latencies_ms(graph, simulated);
+  const auto of_recording = results::counted_chains(recorded, Time{}),
+             of_simulation = results::counted_chains(simulated, Time{});
   for (std::size_t c = 0; c < graph.chains.size(); ++c) {
     const std::string& name = graph.chains[c].name;
-    compare_latencies(check, name, recorded_ms[c], simulated_ms[c], doubted.contains(name));
+    compare_latencies(check, name, results::latencies_ms(of_recording, c, Latency::hot_path),
+                      results::latencies_ms(of_simulation, c, Latency::hot_path), doubted.contains(name));
     if (doubted.contains(name)) check.doubt(doubted.at(name));
   }
   check.lost_recorded_percent = lost_percent(recorded);

@@ -228,4 +228,15 @@ void fields(auto& visit, const TaskMeasures& part, TaskKind kind, bool timers_on
   return counted;
 }
 
+/// The known latencies of a chain in ms, in the order of the records.
+[[nodiscard]] inline std::vector<double> latencies_ms(const std::vector<ChainRecord>& records,
+                                                      std::size_t chain, Latency of) {
+  std::vector<double> samples;
+  for (const ChainRecord& r : records) {
+    const auto latency = r.latency(of);
+    if (r.chain == chain && latency) samples.push_back(to_ms(*latency));
+  }
+  return samples;
+}
+
 }  // namespace hotpath::results

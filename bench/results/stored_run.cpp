@@ -158,29 +158,20 @@ json summarize_golden_trace(const std::filesystem::path& file) {
   const ExecutorEntry* const known = find_executor(executor.empty() ? executor : executor.substr(1));
   const Schedule schedule =
       schedule_of(trace, known != nullptr && known->traits.timers == TimerHandling::release_only);
+  std::vector<TimerCounts> counts(trace.set.size());
+  std::vector<Duration> longest(trace.set.size());
+  for (const ExecutedJob& job : schedule.jobs) {
+    const Task& task = trace.set[job.job.task];
+    TimerCounts& of = counts[job.job.task];
+    of.reached = static_cast<std::uint64_t>((job.next_call - Time{} - task.phase) / task.period);
+    of.skipped = of.reached - ++of.ran;
+    of.deadline_overruns += overruns_deadline(task, response_authors(schedule, job));
+    longest[job.job.task] = std::max(longest[job.job.task], job.response_time());
+  }
   json tasks = json::array();
   for (TaskId id = 0; id < trace.set.size(); ++id) {
-    const Task& task = trace.set[id];
-    std::vector<double> responses_ms, as_authors_ms;
-    Time next_call = Time{} + task.phase;
-    std::uint64_t overruns = 0;
-    for (const ExecutedJob& job : schedule.jobs) {
-      if (job.job.task != id) continue;
-      const Duration response = response_authors(schedule, job);
-      overruns += overruns_deadline(task, response);
-      as_authors_ms.push_back(to_ms(response));
-      responses_ms.push_back(to_ms(job.response_time()));
-      next_call = job.next_call;
-    }
-    const std::size_t ran = responses_ms.size();
-    const auto reached = static_cast<std::size_t>((next_call - Time{} - task.phase) / task.period);
-    tasks.push_back({{"task", task.name},
-                     {"reached", reached},
-                     {"ran", ran},
-                     {"skipped", reached - ran},
-                     {"deadline_overruns", overruns},
-                     {"response_ms", quantiles(std::move(responses_ms))},
-                     {"response_authors_ms", quantiles(std::move(as_authors_ms))}});
+    tasks.push_back(counts[id]);
+    tasks.back().update({{"task", trace.set[id].name}, {"response_max_ms", to_ms(longest[id])}});
   }
   return {{"tasks", tasks}};
 }

@@ -94,8 +94,8 @@ class StoredRun {
   std::vector<Trace> traces_;
 };
 
-/// Summarises each timer of a golden trace SET.EXECUTOR.csv, with both definitions of a response time:
-/// {tasks: [{task, reached, ran, skipped, deadline_overruns, response_ms, response_authors_ms}]}.
+/// {tasks: [{task, response_max_ms, TimerCounts}]} of a golden trace SET.EXECUTOR.csv; deadlines are compared
+/// with the authors' response times.
 [[nodiscard]] nlohmann::json summarize_golden_trace(const std::filesystem::path& file);
 
 }  // namespace hotpath::results

@@ -169,10 +169,11 @@ std::optional<std::string> failure_of(const bounds::Guarantees& guaranteed, cons
     return "no bound of " + set[id].name + " within its deadline";
   }
   for (const Chain& named : graph.chains) {
-    const bounds::ChainGuarantee* chain = guaranteed.chain(named.name);
-    for (const auto& [latency, limit_ms] : require.most_ms)
-      if (chain == nullptr || !chain->of(latency) || !(to_ms(Duration(chain->of(latency)->ns)) <= limit_ms))
+    for (const auto& [latency, limit_ms] : require.most_ms) {
+      const auto bound = guaranteed.of(named.name, latency);
+      if (!bound || !(to_ms(Duration(bound->ns)) <= limit_ms))
         return program::concat("no bound of ", named.name, " within the ", word_of(latency));
+    }
   }
   return std::nullopt;
 }

@@ -24,15 +24,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Hot-path latencies of a graph's first chain in one repetition.
-std::vector<double> latencies_ms(const Trace& trace) {
-  std::vector<double> latencies;
-  for (const ChainRecord& r : trace.chains) {
-    if (r.chain == 0) latencies.push_back(to_ms(r.hot_path_latency));
-  }
-  return latencies;
-}
-
 /// For a live run, the platform has its number of processors and the costs seen in its gaps.
 Graph graph_of(const Trace& trace, const results::StoredRun& run, Graph graph) {
   if (run.record().simulation) return graph;
@@ -103,9 +94,12 @@ json row_of(const Trace& trace, const results::StoredRun& run, const setup::Stor
               {"disturbed", disturbed},
               {"latencies", nullptr},
               {"golden", nullptr}};
-  if (const std::vector<double> measured = latencies_ms(trace); !measured.empty()) {
+  const auto first_chain_ms = [](const Trace& of) {
+    return results::latencies_ms(of.chains, 0, Latency::hot_path);
+  };
+  if (const std::vector<double> measured = first_chain_ms(trace); !measured.empty()) {
     row["latencies"] = real(system, trace.executor, tasks.set, reference);
-    row["latencies"].update(compare_latencies(latency_quantiles(measured), latencies_ms(simulated), 0.05));
+    row["latencies"].update(compare_latencies(latency_quantiles(measured), first_chain_ms(simulated), 0.05));
   } else if (executor != nullptr) {
     row["golden"] = against_golden(reference, graph.name, schedule, *executor);
   }

@@ -205,10 +205,10 @@ std::vector<Group> chains_of(const Graph& graph, const GraphTasks& tasks,
     Group& chain = all.emplace_back(Group{graph.chains[all.size()].name});
     chain.callbacks.assign(index.sources.begin(), index.sources.end());
     chain.sinks.assign(index.sink_tasks.begin(), index.sink_tasks.end());
-    const bounds::ChainGuarantee* const bound = bounds ? bounds->chain(chain.name) : nullptr;
-    if (bound && bound->hot_path)
-      chain.terms.push_back({Clause::hot_path, bound->hot_path->ns, Origin::derived});
-    if (bound && bound->age) chain.terms.push_back({Clause::age, bound->age->ns, Origin::derived});
+    for (const Latency of : {Latency::hot_path, Latency::age})
+      if (const auto bound = bounds ? bounds->of(chain.name, of) : std::nullopt)
+        chain.terms.push_back(
+            {of == Latency::age ? Clause::age : Clause::hot_path, bound->ns, Origin::derived});
   }
   return all;
 }

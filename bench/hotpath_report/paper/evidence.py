@@ -50,7 +50,7 @@ class Reference:
         for path in sorted((folder / "traces").glob("timers_only_*.csv")):
             percent, executor = path.stem.removeprefix("timers_only_").split(".")
             for timer in ask("golden", str(path))["tasks"]:
-                worst[int(percent), executor, timer["task"]] = timer["response_ms"]["max"]
+                worst[int(percent), executor, timer["task"]] = timer["response_max_ms"]
                 if executor == COUNTED_IN_TRACES:
                     counted.append(timer | {"utilisation_percent": int(percent), "executor": executor})
         for row in counted:
