@@ -13,7 +13,7 @@
 
 namespace hotpath::setup {
 
-void check_processors(const DeployedExecutor& executor, const std::string& file, unsigned cores) {
+static void check_processors(const DeployedExecutor& executor, const std::string& file, unsigned cores) {
   for (const int processor : executor.processors) {
     if (static_cast<unsigned>(processor) < cores) continue;
     throw InputError(
@@ -23,21 +23,22 @@ void check_processors(const DeployedExecutor& executor, const std::string& file,
   }
 }
 
-std::vector<DeployedThread> threads_of(const Graph& graph, std::span<const ExecutorSpec> executors,
-                                       const Deployment* deployment) {
+std::vector<DeployedThread> threads_of(const Graph& graph, const ExecutorSpec& spec) {
   std::vector<DeployedThread> threads;
-  for (std::size_t e = 0; e < executors.size(); ++e) {
-    const ExecutorSpec& spec = executors[e];
-    const DeployedExecutor plan = deployment ? deployment->executors[e] : DeployedExecutor{};
-    if (deployment) check_processors(plan, deployment->file, graph.platform.cores);
+  for (const ExecutorSpec& part : parts(spec)) {
+    DeployedExecutor plan;
+    if (spec.deployment) {
+      plan = spec.deployment->plan.executors[threads.size()];
+      check_processors(plan, spec.deployment->plan.file, graph.platform.cores);
+    }
     DeployedThread& thread = threads.emplace_back();
     thread.name = plan.name;
-    thread.executor = spec.entry;
-    thread.scheduling = spec.scheduler;
+    thread.executor = part.entry;
+    thread.scheduling = part.scheduler;
     const bool fifo = plan.policy.scheduling_class == ThreadPolicy::Class::fifo;
     if (fifo) thread.priority = thread.timers_priority = plan.policy.priority;
     if (!fifo && !plan.policy.ordinary()) thread.other_policy = to_string(plan.policy);
-    if (make_platform(graph, *spec.entry).raised_releaser)
+    if (make_platform(graph, *part.entry).raised_releaser)
       thread.timers_priority = raised_above(plan.policy).priority;
     thread.processors.assign(plan.processors.begin(), plan.processors.end());
     if (thread.processors.empty()) {
@@ -49,11 +50,9 @@ std::vector<DeployedThread> threads_of(const Graph& graph, std::span<const Execu
 }
 
 DeployedSystem deployed_system(const Graph& graph, const CallbackGraph& callbacks,
-                               const Deployed& deployment) {
-  DeployedSystem system{
-      callbacks, threads_of(graph, deployment.executors, &deployment.plan), deployment.plan.executor_of, {}};
-  if (!deployment.executors.empty())
-    system.platform = make_platform(graph, *deployment.executors.back().entry);
+                               const ExecutorSpec& deployed) {
+  DeployedSystem system{callbacks, threads_of(graph, deployed), deployed.deployment->plan.executor_of, {}};
+  if (!parts(deployed).empty()) system.platform = make_platform(graph, *parts(deployed).back().entry);
   return system;
 }
 
@@ -61,7 +60,7 @@ std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& call
                                    const ExecutorSpec& spec) {
   if (!spec.deployment)
     return graph_bounds({callbacks, *spec.entry, spec.scheduler, make_platform(graph, *spec.entry)});
-  const DeployedSystem system = deployed_system(graph, callbacks, *spec.deployment);
+  const DeployedSystem system = deployed_system(graph, callbacks, spec);
   std::vector<GraphBounds> all = {deployment_bounds(system)};
   const DeployedThread& thread = system.threads.front();
   const bool has_a_processor =

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -14,19 +13,14 @@ namespace hotpath::setup {
 
 struct CommonOptions;
 
-/// Throws InputError with the executor's line if the simulated machine lacks one of its processors.
-void check_processors(const DeployedExecutor& executor, const std::string& file, unsigned cores);
-
-/// By executor: its threads on the machine of the graph's platform. nullptr: threads of the ordinary class
-/// on all processors. Throws InputError for a processor that the machine lacks.
-[[nodiscard]] std::vector<DeployedThread> threads_of(const Graph& graph,
-                                                     std::span<const ExecutorSpec> executors,
-                                                     const Deployment* deployment);
+/// By executor: its threads on the machine of the graph's platform; without a deployment they are of the
+/// ordinary class, on all processors. Throws InputError for a processor that the machine lacks.
+[[nodiscard]] std::vector<DeployedThread> threads_of(const Graph& graph, const ExecutorSpec& spec);
 
 /// The graph under a deployment on the machine of its platform, with the threads of a simulation. `callbacks`
 /// must outlive it. Throws InputError for a processor that the machine lacks.
 [[nodiscard]] DeployedSystem deployed_system(const Graph& graph, const CallbackGraph& callbacks,
-                                             const Deployed& deployment);
+                                             const ExecutorSpec& deployed);
 
 /// The bounds of every method for an executor or a deployment.
 [[nodiscard]] std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& callbacks,

@@ -15,25 +15,16 @@ namespace hotpath::simulated {
 
 namespace {
 
-SimulatedThread thread_of(const DeployedExecutor& executor, const std::string& file, unsigned cores) {
-  SimulatedThread thread;
-  switch (executor.policy.scheduling_class) {
-    case ThreadPolicy::Class::other:
-      thread.nice = executor.policy.priority;
-      break;
-    case ThreadPolicy::Class::fifo:
-      thread.priority = executor.policy.priority;
-      break;
-    case ThreadPolicy::Class::batch:
-    case ThreadPolicy::Class::idle:
-    case ThreadPolicy::Class::rr:
-    case ThreadPolicy::Class::deadline:
-      throw InputError(file, executor.line,
-                       program::concat("executor ", executor.name, ": the simulator does not support ",
-                                       to_string(executor.policy)),
-                       "take fifo or other");
-  }
-  setup::check_processors(executor, file, cores);
+SimulatedThread thread_of(const DeployedThread& deployed, const DeployedExecutor& executor,
+                          const std::string& file) {
+  const ThreadPolicy::Class scheduling = executor.policy.scheduling_class;
+  if (scheduling != ThreadPolicy::Class::other && scheduling != ThreadPolicy::Class::fifo)
+    throw InputError(file, executor.line,
+                     program::concat("executor ", executor.name, ": the simulator does not support ",
+                                     to_string(executor.policy)),
+                     "take fifo or other");
+  SimulatedThread thread{.priority = deployed.priority};
+  if (executor.policy.ordinary()) thread.nice = executor.policy.priority;
   if (!executor.processors.empty()) thread.processors = 0;
   for (const int processor : executor.processors) thread.processors |= std::uint64_t{1} << processor;
   return thread;
@@ -87,6 +78,7 @@ System::System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphT
     : executor_of_(spec.deployment ? spec.deployment->plan.executor_of
                                    : std::vector<std::uint32_t>(tasks.set.size(), 0)) {
   const std::span<const setup::ExecutorSpec> all = setup::parts(spec);
+  const std::vector<DeployedThread> threads = setup::threads_of(graph, spec);
   Parts parts(tasks.set, executor_of_, all.size());
   for (std::size_t e = 0; e < all.size(); ++e) {
     SimulatedExecutor executor;
@@ -101,17 +93,11 @@ System::System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphT
     for (const TaskId id : parts.tasks(e)) nodes.insert(tasks.origin[id].node);
     executor.other_entities = kEntitiesOfANode * static_cast<std::uint32_t>(nodes.size());
     SimulatedThread thread;
-    ThreadPolicy policy;
-    if (spec.deployment) {
-      const Deployment& plan = spec.deployment->plan;
-      thread = thread_of(plan.executors[e], plan.file, graph.platform.cores);
-      policy = plan.executors[e].policy;
-    }
-    const bool raises_timers = make_platform(graph, *all[e].entry).raised_releaser;
+    if (spec.deployment)
+      thread = thread_of(threads[e], spec.deployment->plan.executors[e], spec.deployment->plan.file);
     for (const WorkerRole role : executor.scheduler->workers()) {
       executor.threads.push_back(thread);
-      const bool raised = role == WorkerRole::timer_management && raises_timers;
-      if (raised) executor.threads.back().priority = raised_above(policy).priority;
+      if (role == WorkerRole::timer_management) executor.threads.back().priority = threads[e].timers_priority;
     }
     executors_.push_back(std::move(executor));
   }

@@ -179,7 +179,7 @@ TEST(Guarantees, ADeploymentKeepsItsProcessorsAndPolicies) {
       {.name = "a", .executor = "default", .policy = parse_thread_policy("rr:5"), .processors = {1}}};
   plan.executor_of.assign(tasks.set.size(), 0);
   const auto thread = [&] {
-    return setup::deployed_system(graph, callbacks, *setup::deploy(plan, {}).deployment).threads.at(0);
+    return setup::deployed_system(graph, callbacks, setup::deploy(plan, {})).threads.at(0);
   };
   EXPECT_EQ(thread().other_policy, "rr:5");
   EXPECT_EQ(thread().processors, std::vector<unsigned>{1});

@@ -58,7 +58,7 @@ ObservedSystem observed_system(const Graph& graph, const GraphTasks& tasks,
                                const std::optional<bounds::Guarantees>& bounds) {
   const Deployment* const plan = executor.deployment ? &executor.deployment->plan : nullptr;
   const std::size_t count = tasks.set.size();
-  ObservedSystem system{tasks.set, setup::threads_of(graph, setup::parts(executor), plan),
+  ObservedSystem system{tasks.set, setup::threads_of(graph, executor),
                         plan ? plan->executor_of : std::vector<std::uint32_t>(count),
                         make_platform(graph, *setup::parts(executor).front().entry)};
   system.responses.resize(count);
