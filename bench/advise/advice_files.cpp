@@ -84,13 +84,8 @@ export LD_PRELOAD=libhotpath_rclcpp_spin.so HOTPATH_EXECUTOR=)",
 }
 
 std::string write_change(const Candidate& c, const Graph& graph, const fs::path& folder) {
-  Deployment plan;
-  if (c.spec.deployment) {
-    plan = c.spec.deployment->plan;
-  } else {
-    plan.executors.push_back({graph.name, c.executor(), {}, {}, 0});
-    plan.executor_of.assign(c.tasks.set.size(), 0);
-  }
+  Deployment plan = c.spec.deployment ? c.spec.deployment->plan : find_deployment("single", graph, c.tasks);
+  if (!c.spec.deployment) plan.executors.front().executor = c.executor();
   plan.name = "advice";
   plan.description = c.description;
   program::write_whole_file(folder / "deployment.yaml", deployment_yaml(c.graph, c.tasks, plan));

@@ -66,12 +66,9 @@ ObservedSystem observed_system(const Graph& graph, const GraphTasks& tasks,
   for (TaskId task = 0; task < count; ++task) {
     if (bounds && bounds->tasks[task]) system.responses[task] = Duration(bounds->tasks[task]->ns);
     const std::vector<Publication>& publishes = tasks.callbacks[task].publishes;
-    for (const TaskId reader : tasks.set[task].feeds) {
-      const TaskOrigin& origin = tasks.origin[reader];
-      const std::string& topic = graph.nodes[origin.node].inputs[*origin.input].topic;
-      const auto published = std::ranges::find(publishes, topic, &Publication::topic);
-      system.always[reader] = published != publishes.end() && published->rule == PublishRule::always;
-    }
+    for (std::size_t p = 0; p < publishes.size(); ++p)
+      for (const TaskId reader : tasks.readers[task][p])
+        system.always[reader] = publishes[p].rule == PublishRule::always;
   }
   return system;
 }
