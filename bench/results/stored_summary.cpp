@@ -101,16 +101,14 @@ void for_each_record(const StoredRun& run, const std::function<void(const JobRow
   std::ifstream in = run.open("jobs.csv");
   const std::string file = (run.folder() / "jobs.csv").string();
   std::set<std::pair<std::string, std::uint32_t>> seen;
-  std::string executor;
-  std::uint32_t repetition = 0;
+  std::pair<std::string, std::uint32_t> last;
   for_each_record(in, run.tasks(), file, [&](const JobRow& row) {
-    if (seen.empty() || row.repetition != repetition || row.executor != executor) {
-      executor = row.executor;
-      repetition = row.repetition;
-      if (!seen.emplace(executor, repetition).second) {
+    if (seen.empty() || row.repetition != last.second || row.executor != last.first) {
+      last = {row.executor, row.repetition};
+      if (!seen.insert(last).second) {
         throw InputError(
             file, static_cast<std::int64_t>(row.line),
-            program::concat("rows of ", executor, ", repetition ", repetition, ", have ended before"),
+            program::concat("rows of ", last.first, ", repetition ", last.second, ", have ended before"),
             "keep the rows of a repetition together");
       }
     }

@@ -168,13 +168,12 @@ std::optional<std::string> failure_of(const bounds::Guarantees& guaranteed, cons
     if (bound && Duration(bound->ns) <= set[id].deadline) continue;
     return "no bound of " + set[id].name + " within its deadline";
   }
-  for (const Chain& named : graph.chains) {
+  for (const Chain& named : graph.chains)
     for (const auto& [latency, limit_ms] : require.most_ms) {
       const auto bound = guaranteed.of(named.name, latency);
       if (!bound || !(to_ms(Duration(bound->ns)) <= limit_ms))
         return program::concat("no bound of ", named.name, " within the ", word_of(latency));
     }
-  }
   return std::nullopt;
 }
 
