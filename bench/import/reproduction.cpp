@@ -145,7 +145,8 @@ struct Way {
     platform.subscription_dispatch_cost = dispatch_of(TaskKind::subscription);
     platform.wait_cost = mean(costs, [](const RecordedCosts& c) { return c.wait; });
     platform.wake_up_latency = mean(costs, [](const RecordedCosts& c) { return c.wake_up; });
-    platform.measured_delivery = measured_delivery(costs).greatest;
+    const MeasuredCost delivery = measured_delivery(costs);
+    platform.measured_delivery = {delivery.greatest, delivery.median, static_cast<std::uint32_t>(delivery.n)};
     return platform;
   }
 

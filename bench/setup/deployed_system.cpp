@@ -76,7 +76,9 @@ std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& call
 Premises premises(const Graph& graph, const TaskSet& set, const ExecutorSpec& spec, bool phases_known) {
   using program::concat;
   const Duration delivery = graph.platform.longest_delivery();
-  const bool measured = delivery == graph.platform.measured_delivery;
+  const auto& [longest, median, samples] = graph.platform.measured_delivery;
+  const std::string most =
+      samples > 0 ? concat(" us of ", samples, " samples, median ", to_us(median), " us") : " us";
   const bool jitter =
       std::ranges::any_of(set.tasks, [](const Task& task) { return task.release_jitter > Duration{}; });
   std::vector<std::string> kinds = {"timers"}, costs, assumed;
@@ -101,7 +103,8 @@ Premises premises(const Graph& graph, const TaskSet& set, const ExecutorSpec& sp
     is_stated ? stated.push_back(statement) : assumed.push_back(otherwise);
   };
   add(delivery > Duration{},
-      concat(measured ? "delivery measured, up to " : "delivery takes ", to_us(delivery), " us"),
+      delivery == longest ? concat("delivery measured, up to ", to_us(delivery), most)
+                          : concat("delivery takes ", to_us(delivery), " us"),
       "delivery takes no time");
   add(!costs.empty(), program::joined(costs), "the executor's own work takes no time");
   add(jitter, "release jitter as in the graph", "timers have no jitter");

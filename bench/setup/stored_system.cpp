@@ -87,7 +87,7 @@ StoredSystem stored_system(const results::StoredRun& run, const std::string& gra
   if (record.simulation) {
     system.times = TimesSource::parse(record.simulation->execution_times);
     system.backlog = record.simulation->max_backlog;
-    const Duration measured = system.graph.platform.measured_delivery;
+    const MeasuredDelivery measured = system.graph.platform.measured_delivery;
     system.graph.platform = record.simulation->platform;
     if (!system.simulated) system.graph.platform.measured_delivery = measured;
     system.graph.platform.execution_times =

@@ -73,7 +73,10 @@ void read_platform(const YamlValue& value, GraphPlatform& platform) {
   for (const PlatformCost& cost : kPlatformCosts) {
     if (const auto given = map.find(std::string(cost.key))) cost.set(platform, given->microseconds());
   }
-  if (const auto given = map.find("measured_delivery_us")) platform.measured_delivery = given->microseconds();
+  auto& [longest, median, samples] = platform.measured_delivery;
+  if (const auto given = map.find("measured_delivery_us")) longest = given->microseconds();
+  if (const auto given = map.find("median_delivery_us")) median = given->microseconds();
+  map.read("delivery_samples", samples);
 }
 
 /// The maps of keys that `--set` changes, by name: nodes, or the tasks of a node of type `callbacks`. Lists

@@ -77,7 +77,9 @@ class Writer : private YamlWriter {
       if (value && (cost.other_kind != nullptr || *value > Duration::zero()))
         pair(std::string(cost.key), *value * 1000);  // in microseconds
     }
-    pair(KeysOf::platform, "measured_delivery_us", p.measured_delivery * 1000);
+    pair(KeysOf::platform, "measured_delivery_us", p.measured_delivery.longest * 1000);
+    pair(KeysOf::platform, "median_delivery_us", p.measured_delivery.median * 1000);
+    pair(KeysOf::platform, "delivery_samples", p.measured_delivery.samples);
     out << YAML::EndMap;
   }
 

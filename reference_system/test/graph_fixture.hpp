@@ -50,7 +50,7 @@ description: "all that a graph can say: # it"
 work: fixed
 service_wait_ms: 12.5
 topics: {t: {publishers: many}, a: {delivery: [K, X, F]}, b: {delivery: unknown, intra_process: true}}
-platform: {cores: 2, timer_thread: equal, execution_times: uniform, release_cost_us: 12.5, pass_cost_us: 3, subscription_dispatch_cost_us: 7, timer_dispatch_cost_us: 0.001, dispatch_cost_us: 0.001, wait_cost_us: 41, wait_cost_per_entity_us: 0.025, wake_up_us: 190, delivery_delay_us: 1000, measured_delivery_us: 0.5}
+platform: {cores: 2, timer_thread: equal, execution_times: uniform, release_cost_us: 12.5, pass_cost_us: 3, subscription_dispatch_cost_us: 7, timer_dispatch_cost_us: 0.001, dispatch_cost_us: 0.001, wait_cost_us: 41, wait_cost_per_entity_us: 0.025, wake_up_us: 190, delivery_delay_us: 1000, measured_delivery_us: 0.5, median_delivery_us: 0.25, delivery_samples: 1204}
 nodes:
 - {name: S, type: sensor, period_ms: 12.5, phase_ms: 0.25, deadline_ms: 7, release_jitter_ms: 1.5, priority: -3, output: t, execution_time_ms: 2, best_case_execution_time_ms: 0.000001, callback_group: reentrant}
 - {name: C, type: cyclic, period_ms: 20, inputs: [{topic: t, depth: 4, priority: 2}], callback_group: reentrant}

@@ -61,17 +61,23 @@ constexpr auto enum_texts(ExecutionTimeModel) {
   return texts_in_order<ExecutionTimeModel>({"worst", "uniform", "measured", "replayed"});
 }
 
+/// Deliveries of a recording. Simulations have only `delivery_delay`.
+struct MeasuredDelivery {
+  Duration longest{}, median{};  ///< 0: none was measured.
+  std::uint32_t samples = 0;     ///< 0: unknown.
+  friend bool operator==(const MeasuredDelivery&, const MeasuredDelivery&) = default;
+};
+
 /// The machine on which `hotpath simulate` runs a graph by default; cores in [1, kMaxWorkers], costs >= 0.
 /// What the graph does not state has its default here; make_platform() adds it.
 struct GraphPlatform : Platform {
   TimerThread timer_thread = TimerThread::by_executor;
   ExecutionTimeModel execution_times = ExecutionTimeModel::worst;
-  /// The longest delivery that was measured; 0: none was. Simulations have only `delivery_delay`.
-  Duration measured_delivery{};
+  MeasuredDelivery measured_delivery;
 
   /// The longest delivery that bounds cover.
   [[nodiscard]] Duration longest_delivery() const {
-    return delivery_delay > Duration{} ? delivery_delay : measured_delivery;
+    return delivery_delay > Duration{} ? delivery_delay : measured_delivery.longest;
   }
   friend bool operator==(const GraphPlatform&, const GraphPlatform&) = default;
 };

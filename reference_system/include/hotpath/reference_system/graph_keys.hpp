@@ -133,6 +133,8 @@ inline constexpr auto kAll = std::to_array<GraphKey>({
     {"timer_thread", keys_in(platform), word, "by_executor"},
     {"execution_times", keys_in(platform), word, "worst"},
     {"measured_delivery_us", keys_in(platform), time, "0"},
+    {"median_delivery_us", keys_in(platform), time, "0"},
+    {"delivery_samples", keys_in(platform), number, "0", "", 0, std::numeric_limits<std::int32_t>::max()},
 });
 
 // The keys with one value each: readers and writers go through these lists.
