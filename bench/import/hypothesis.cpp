@@ -43,18 +43,13 @@ void find_contests(const TaskSet& set, RecordedSteps& recorded) {
 constexpr std::array<std::pair<int, RosDistro>, 4> kReleases = {
     {{401, RosDistro::humble}, {603, RosDistro::iron}, {802, RosDistro::jazzy}, {806, RosDistro::kilted}}};
 
-/// Whether the system can have an executor of these releases. A version between those of two
-/// releases belongs to the development of the later one.
-bool can_have(const std::string& tracetools_version, const RosDistros& releases) {
-  const auto point = std::min(tracetools_version.find('.'), tracetools_version.size());
-  const int version = 100 * std::atoi(tracetools_version.c_str()) +
-                      (point < tracetools_version.size() ? std::atoi(&tracetools_version[point + 1]) : 0);
-  if (version < kReleases.front().first) return true;  // unknown
-  const auto later = std::ranges::upper_bound(kReleases, version, {}, [](const auto& r) { return r.first; });
-  const auto release = std::prev(later);
-  return releases.has(release->second) ||
-         (version > release->first &&
-          releases.has(later != kReleases.end() ? later->second : RosDistro::lyrical));
+/// Whether these releases have a later executor of this design.
+bool is_superseded(const ExecutorEntry& entry, const RosDistros& releases) {
+  return std::ranges::any_of(executors(), [&](const ExecutorEntry& other) {
+    const auto &of = entry.traits.on_rclcpp, &on = other.traits.on_rclcpp;
+    return of && on && on->first > of->first && on->first <= releases.first && on->last >= releases.last &&
+           are_of_one_design(entry, other);
+  });
 }
 
 /// Whether an executor with these traits can have run the threads, each of which ran a job.
@@ -105,25 +100,21 @@ std::vector<Pair> most_wrong(TaskSet set, const Levels& levels, const Agreement&
   return most;
 }
 
-RecordedSteps no_steps(Time epoch, std::size_t tasks, std::size_t threads, std::size_t jobs) {
-  return {.steps = {},
-          .ready = std::vector<std::vector<Time>>(tasks),
-          .ready_on = std::vector<std::vector<Time>>(threads),
-          .decided = decltype(RecordedSteps::decided)(tasks),
-          .deadline = std::vector<Time>(jobs, kNever),
-          .own = std::vector<bool>(tasks),
-          .has_timers = std::vector<bool>(threads),
-          .has_others = std::vector<bool>(threads),
-          .epoch = epoch};
-}
-
 }  // namespace
 
 RecordedSteps recorded_steps(const RecordedGraph& graph, const RecordedWindow& window,
                              std::span<const tracing::LostSample> lost, const RecordedExecutor& executor,
                              std::size_t most) {
   const TaskSet& set = graph.tasks.set;
-  RecordedSteps result = no_steps(graph.epoch, set.size(), executor.threads.size(), window.jobs.size());
+  RecordedSteps result;
+  result.epoch = graph.epoch;
+  result.deadline.assign(window.jobs.size(), kNever);
+  result.ready.resize(set.size());
+  result.decided.resize(set.size());
+  result.own.resize(set.size());
+  result.ready_on.resize(executor.threads.size());
+  result.has_timers.resize(executor.threads.size());
+  result.has_others.resize(executor.threads.size());
   std::map<std::pair<TaskId, std::uint64_t>, std::uint32_t> job_at;  // by task and number
   const auto recorded_job = [&](const tracing::JobRef& ref) {
     const auto job = job_at.find({graph.task(ref), ref.number});
@@ -180,18 +171,37 @@ RecordedSteps recorded_steps(const RecordedGraph& graph, const RecordedWindow& w
   return result;
 }
 
+RosDistros releases_of(const std::string& tracetools_version) {
+  const auto point = std::min(tracetools_version.find('.'), tracetools_version.size());
+  const int version = 100 * std::atoi(tracetools_version.c_str()) +
+                      (point < tracetools_version.size() ? std::atoi(&tracetools_version[point + 1]) : 0);
+  if (version < kReleases.front().first) return {};
+  const auto to = std::ranges::lower_bound(kReleases, version, {}, [](const auto& r) { return r.first; });
+  const RosDistro last = to == kReleases.end() ? RosDistro::lyrical : to->second;
+  return {to != kReleases.end() && to->first == version ? last : std::prev(to)->second, last};
+}
+
+bool are_of_one_design(const ExecutorEntry& a, const ExecutorEntry& b) {
+  const auto design = [](const ExecutorEntry& e) {
+    return std::tuple(e.class_name, e.traits.family, e.traits.policy, e.traits.timers);
+  };
+  return design(a) == design(b);
+}
+
 bool emits_waits(const ExecutorTraits& traits) {
   return traits.family == Family::wait_set && traits.runs_first == TaskKind::timer;
 }
 
 std::vector<Hypothesis> possible_hypotheses(const RecordedSteps& recorded, bool waits,
-                                            const std::string& rcl_version) {
+                                            const RosDistros& releases) {
   std::vector<Hypothesis> possible;
   for (const ExecutorEntry& entry : executors()) {
     const ExecutorTraits& traits = entry.traits;
     if (emits_waits(traits) != waits || !fits_threads(traits, recorded)) continue;
-    if (traits.on_rclcpp && !can_have(rcl_version, *traits.on_rclcpp)) continue;
+    if (traits.on_rclcpp && !traits.on_rclcpp->overlap(releases)) continue;
     Hypothesis plain{std::string(entry.name), &entry, {}, {}, {}};
+    plain.options.release = releases.last;
+    plain.superseded = is_superseded(entry, releases);
     plain.order.resize(recorded.own.size());
     std::iota(plain.order.begin(), plain.order.end(), 0U);
     if (traits.many_workers) {

@@ -65,6 +65,7 @@ struct Hypothesis {
   /// The thread that releases timers waits until the executor's thread sleeps, or for this time: a time slice
   /// of Linux, or kUntilIdle.
   Duration release_delay{};
+  bool superseded = false;  ///< The recorded releases have a later executor of this design.
 
   /// Whether the executor orders timers by numbers that a trace does not contain.
   [[nodiscard]] bool needs_levels() const {
@@ -96,10 +97,16 @@ struct Agreement {
 /// Whether rclcpp's executor of this kind emits events of its waits: those of class Executor do.
 [[nodiscard]] bool emits_waits(const ExecutorTraits& traits);
 
-/// The executors of the registry, with their variants, that can have run so many threads.
-/// `rcl_version` (of tracetools) excludes executors of other releases; empty: unknown.
+/// The releases that can have this version of tracetools. A version between those of two releases belongs to
+/// the development of the later one, whose rclcpp may still be that of the earlier one. Empty: unknown.
+[[nodiscard]] RosDistros releases_of(const std::string& tracetools_version);
+
+/// Whether both are generations or variants of one class of rclcpp.
+[[nodiscard]] bool are_of_one_design(const ExecutorEntry& a, const ExecutorEntry& b);
+
+/// The executors of the registry, with their variants, that can have run so many threads in these releases.
 [[nodiscard]] std::vector<Hypothesis> possible_hypotheses(const RecordedSteps& recorded, bool waits,
-                                                          const std::string& rcl_version);
+                                                          const RosDistros& releases);
 
 /// Fits the order of the timers' given priorities, or relative deadlines, to the first `starts` decisions by
 /// local search from two sides: by period, and all equal.

@@ -58,6 +58,7 @@ int open_choices(const Hypothesis& hypothesis) {
   const ExecutorTraits& traits = hypothesis.entry->traits;
   const int variants = static_cast<int>(hypothesis.options.rule != SubscriptionRule::inherit) +
                        static_cast<int>(hypothesis.options.ties != Ties::lifo) +
+                       static_cast<int>(hypothesis.superseded) +
                        static_cast<int>(hypothesis.release_delay > Duration::zero());
   return variants + (traits.policy == Policy::fp ? 4 : 0) + (traits.policy == Policy::dm ? 8 : 0) +
          (traits.on_rclcpp ? 0 : 16);

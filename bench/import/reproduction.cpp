@@ -170,10 +170,11 @@ struct Way {
   }
 
   setup::ExecutorSpec executor_for(const Displacement& displacement) const {
-    if (found.deployment) return setup::deploy(*found.deployment, {});
+    const SchedulerOptions defaults{.release = found.graph.graph.release};
+    if (found.deployment) return setup::deploy(*found.deployment, defaults);
     if (labels.size() == 1 && timer_thread != TimerThread::equal)
-      return setup::parse_executor(labels.front(), {});
-    return setup::deploy(recorded_deployment(displacement), {});
+      return setup::parse_executor(labels.front(), defaults);
+    return setup::deploy(recorded_deployment(displacement), defaults);
   }
 
   /// The recorded threads. A trace has no policies: fifo stands for threads that preempted others.

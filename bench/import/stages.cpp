@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
-#include <tuple>
 
 #include "program/errors.hpp"
 #include "program/text.hpp"
@@ -39,7 +38,8 @@ std::pair<std::string, std::vector<Hypothesis>> stated_executor(const RecordedSy
     try {
       const setup::ExecutorSpec spec = setup::parse_executor(stated.name, {});
       // It emits no waits; an executor of rclcpp may have waited on its thread before.
-      std::vector<Hypothesis> possible = possible_hypotheses(steps, false, recorded.system.rcl_version);
+      std::vector<Hypothesis> possible =
+          possible_hypotheses(steps, false, releases_of(recorded.system.rcl_version));
       std::erase_if(possible, [&](const Hypothesis& h) {
         return h.entry != spec.entry || h.options.rule != spec.scheduler.rule ||
                h.options.ties != spec.scheduler.ties;
@@ -63,6 +63,8 @@ Interpretation interpret(const RecordedSystem& recorded, const CtfOptions& optio
   RecordedGraph made = make_recorded_graph(recorded, name, shown);
   Graph& graph = made.graph;
   graph.delivery = delivery_of_graph(deliveries, made);
+  const RosDistro release = releases_of(recorded.system.rcl_version).last;
+  if (release < RosDistro::jazzy) graph.release = release;
   RecordedTimers timers = recorded_timers(recorded.system, made, recorded.jobs, recorded.end);
   set_phases(made, timers);
   for (const std::string& text : options.chains) graph.chains.push_back(chain_of(text, graph, made.tasks));
@@ -85,7 +87,7 @@ std::vector<Recognition> recognise_executors(const RecordedSystem& recorded, con
         std::ranges::any_of(executor.threads, [&](std::uint32_t t) { return system.threads[t].waits > 0; });
     auto [name, possible] = stated_executor(recorded, found.graph, executor, steps);
     if (possible.size() != 1) name.clear();
-    if (possible.empty()) possible = possible_hypotheses(steps, waits, system.rcl_version);
+    if (possible.empty()) possible = possible_hypotheses(steps, waits, releases_of(system.rcl_version));
     recognitions.push_back(recognise(system, found.graph, steps, possible, name));
   }
   return recognitions;
@@ -208,13 +210,10 @@ std::vector<std::string> open_callers(const Imported& all, const auto& read) {
 std::vector<std::string> other_generations(const Recognition& recognition, const std::string& label) {
   const auto leaders = std::span(recognition.ranking).first(recognition.leading);
   const ExecutorEntry* const entry = setup::parse_executor(label, {}).entry;
-  const auto design = [](const ExecutorEntry& e) {
-    return std::tuple(e.class_name, e.traits.family, e.traits.policy, e.traits.timers);
-  };
   std::vector<std::string> others;
   for (const Score& score : leaders) {
     const ExecutorEntry* const other = score.hypothesis.entry;
-    if (other != entry && design(*other) == design(*entry)) others.push_back(score.hypothesis.label);
+    if (other != entry && are_of_one_design(*other, *entry)) others.push_back(score.hypothesis.label);
   }
   return others;
 }

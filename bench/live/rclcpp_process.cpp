@@ -98,7 +98,7 @@ void check_on_rclcpp(const setup::ExecutorSpec& executor, const Plan& plan) {
   const std::string name = environment("ROS_DISTRO");
   const std::optional<RosDistro> sourced = parse<RosDistro>(name);
   const auto available = [&](const ExecutorTraits& traits) {
-    return traits.on_rclcpp && (!sourced || traits.on_rclcpp->has(*sourced));
+    return traits.on_rclcpp && (!sourced || traits.on_rclcpp->overlap({*sourced, *sourced}));
   };
   const ExecutorTraits& traits = executor.entry->traits;
   if (available(traits)) {

@@ -122,6 +122,7 @@ SchedulerOptions scheduling_of(const CommonOptions& options, const Graph& graph,
   all.workers = cores == 0 ? 0 : std::max(2U, cores);
   all.entity_order = entity_order(options, set);
   all.service_wait = graph.service_wait;
+  all.release = graph.release;
   return all;
 }
 

@@ -147,13 +147,14 @@ TEST(FollowedSchedule, TimersOfEqualPrioritiesAreReleasedWhenTheExecutorSleeps) 
 }
 
 /// The labels of the executors that can have run so many threads, which emit their waits.
-std::vector<std::string> possible(std::size_t threads, const std::string& rcl_version) {
+std::vector<std::string> possible(std::size_t threads, const std::string& version) {
   imports::RecordedSteps steps;
   steps.own.resize(3);
   steps.has_timers.assign(threads, true);
   steps.has_others.assign(threads, true);
   std::vector<std::string> labels;
-  for (const imports::Hypothesis& h : imports::possible_hypotheses(steps, true, rcl_version))
+  for (const imports::Hypothesis& h :
+       imports::possible_hypotheses(steps, true, imports::releases_of(version)))
     labels.push_back(h.label);
   return labels;
 }

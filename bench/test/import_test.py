@@ -90,6 +90,14 @@ class Kinds(ImportTest):
                 self.assertEqual(facts["self_check"]["light"], "green")
                 self.assertGreater(facts["self_check"]["similarity"], 0.99)
 
+    def test_humble_asks_an_intra_process_subscription_earlier(self) -> None:
+        trace = self.unpacked("kinds_jazzy_default", "kinds_jazzy_default")
+        for file in filter(Path.is_file, trace.rglob("*")):
+            file.write_bytes(file.read_bytes().replace(b"8.2.2", b"4.1.1"))
+        facts, output = self.imported(trace)
+        self.assertIn("\nros_distro: humble\n", (output / "graph.yaml").read_text())
+        self.assertLess(facts["self_check"]["similarity"], 0.9)
+
 
 class Deliveries(ImportTest):
     """Upstream's reference system on Jazzy: the order of delivery, and predictions that need it."""

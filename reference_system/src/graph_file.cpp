@@ -127,19 +127,18 @@ GraphSource read_graph(const std::string& path, const std::vector<std::string>& 
   map.read("name", graph.name);
   map.read("description", graph.description);
   map.read("work", graph.work);
-  const bool waits = map.read("service_wait_ms", graph.service_wait);
+  map.read("service_wait_ms", graph.service_wait);
+  map.read("ros_distro", graph.release);
   if (const auto given = map.find("topics")) read_topics(*given, source);
   for (const YamlValue& node : map.needed("nodes").list("a node")) read_node(node, source);
   const auto has_service = [](const Node& n) {
     return std::ranges::any_of(n.callbacks, [](const Callback& c) { return is_service(c.entity); });
   };
-  if (waits && std::ranges::none_of(graph.nodes, has_service)) {
-    map.find("service_wait_ms")
-        ->fail(
-            "no callback of the graph is a service",
-            "give `service: true`, `client: true` or `waitable: true` (an action) to the subscriptions that "
-            "stand for one");
-  }
+  if (const auto wait = map.find("service_wait_ms"); wait && std::ranges::none_of(graph.nodes, has_service))
+    wait->fail(
+        "no callback of the graph is a service",
+        "give `service: true`, `client: true` or `waitable: true` (an action) to the subscriptions that "
+        "stand for one");
   if (const auto given = map.find("chains")) {
     for (const YamlValue& chain : given->list("a chain")) read_chain(chain, source);
   }

@@ -37,6 +37,7 @@ class Writer : private YamlWriter {
     pair(KeysOf::graph, "description", graph_.description);
     pair("work", graph_.work);
     pair(KeysOf::graph, "service_wait_ms", graph_.service_wait);
+    pair(KeysOf::graph, "ros_distro", graph_.release);
     if (graph_.platform != GraphPlatform{}) platform(graph_.platform);
     topics();
     list("nodes", graph_.nodes, [&](const Node& n) { node(n); });

@@ -49,6 +49,7 @@ inline const std::string kEverything = R"(name: everything
 description: "all that a graph can say: # it"
 work: fixed
 service_wait_ms: 12.5
+ros_distro: humble
 topics: {t: {publishers: many}, a: {delivery: [K, X, F]}, b: {delivery: unknown, intra_process: true}}
 platform: {cores: 2, timer_thread: equal, execution_times: uniform, release_cost_us: 12.5, pass_cost_us: 3, subscription_dispatch_cost_us: 7, timer_dispatch_cost_us: 0.001, dispatch_cost_us: 0.001, wait_cost_us: 41, wait_cost_per_entity_us: 0.025, wake_up_us: 190, delivery_delay_us: 1000, measured_delivery_us: 0.5, median_delivery_us: 0.25, delivery_samples: 1204}
 nodes:

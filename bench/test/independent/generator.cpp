@@ -26,7 +26,7 @@ class Generator {
  public:
   /// `threads`: of the executor; several get a small graph with times of some nanoseconds.
   Generator(std::uint64_t seed, std::size_t threads)
-      : random_(seed), services_(seed), other_kinds_(seed % 4 < 2), threads_(threads) {
+      : random_(seed), services_(seed), other_kinds_(seed % 4 < 2), early_(seed % 8 == 0), threads_(threads) {
     if (seed % 4 == 1 && threads == 1)
       service_wait_ = 1'000'000 + static_cast<Nanoseconds>(services_() % 60'000'000);
   }
@@ -268,6 +268,7 @@ class Generator {
     const double wanted = (0.25 + static_cast<double>(below(75)) / 100) * static_cast<double>(threads_);
     const bool ranges = chance(grid_ns_ == 1 ? 0.8 : 0.4);
     std::string out = "name: random\n";
+    if (early_) out += "ros_distro: humble\n";
     if (has_service_) out += "service_wait_ms: " + ms(service_wait_) + "\n";
     std::string rules;
     for (const std::string& topic : topics_) {
@@ -302,6 +303,7 @@ class Generator {
   std::mt19937_64 random_;
   std::mt19937_64 services_;  ///< Apart, so that the rest of a graph does not depend on its services.
   const bool other_kinds_;    ///< Some are services, clients and waitables.
+  const bool early_;          ///< Before Jazzy.
   const std::size_t threads_;
   Nanoseconds service_wait_ = 0;
   bool has_service_ = false;

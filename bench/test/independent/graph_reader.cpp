@@ -26,6 +26,7 @@ class Reader {
   Graph read(const std::string& file) {
     const YAML::Node root = YAML::LoadFile(file);
     if (root["service_wait_ms"]) graph_.service_wait = nanoseconds(root["service_wait_ms"]);
+    graph_.until_iron = root["ros_distro"].as<std::string>("jazzy") < "jazzy";
     for (const YAML::Node& node : items(root["nodes"])) add_node(node);
     for (const auto& topic : root["topics"]) {
       if (!topic.second["intra_process"] || !topic.second["intra_process"].as<bool>()) continue;

@@ -37,7 +37,7 @@ struct Task {
   std::optional<std::int64_t> priority{};
   std::size_t depth = 1;
   std::string kind = "subscription";  ///< Or timer, service, client, waitable.
-  bool intra_process = false;         ///< A waitable that is asked only when its turn comes.
+  bool intra_process = false;         ///< A waitable that may be asked only when its turn comes.
   bool guaranteed = false;            ///< See Graph::service_wait.
   Nanoseconds best = 0, worst = 0;    ///< Execution times.
   std::vector<Publication> publications{};
@@ -60,6 +60,7 @@ struct Graph {
   int groups = 0;
   std::set<int> reentrant{};     ///< Of these.
   Nanoseconds service_wait = 0;  ///< 0: services wait like all others.
+  bool until_iron = false;       ///< `default` asks waitables when a wait ends.
 };
 
 constexpr std::size_t kMostSources = 16;

@@ -223,20 +223,22 @@ class Simulation {
       for (std::size_t t = 0; t < tasks_.size(); ++t) {
         const Task& task = graph_.tasks[t];
         if (task.kind != kind || &thread_of(static_cast<int>(t)) != &thread) continue;
-        if (task.timer ? tasks_[t].next_call <= now_ : !tasks_[t].unread.empty() || is_asked_in_turn(task))
+        if (task.timer ? tasks_[t].next_call <= now_
+                       : !tasks_[t].unread.empty() || is_asked_at_turn(task, thread))
           thread.queue.push_back({static_cast<int>(t), 0, 0, now_});
       }
     }
   }
 
   /// Waitables of topics within a process are in each snapshot, and asked for samples at their turn.
-  bool is_asked_in_turn(const Task& task) const {
-    return task.intra_process && !faulty(Fault::waitables_asked_early);
+  bool is_asked_at_turn(const Task& task, const ThreadState& thread) const {
+    const bool early = graph_.until_iron && thread.thread.executor.timers_first;
+    return task.intra_process && !early && !faulty(Fault::waitables_asked_early);
   }
 
   void pass_waitables(ThreadState& thread) {
-    while (!thread.queue.empty() && is_asked_in_turn(task(thread.queue.front().task)) &&
-           state(thread.queue.front().task).unread.empty())
+    const auto is_empty = [this](int t) { return task(t).intra_process && state(t).unread.empty(); };
+    while (!thread.queue.empty() && is_empty(thread.queue.front().task))
       thread.queue.erase(thread.queue.begin());
   }
 

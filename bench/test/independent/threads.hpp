@@ -204,15 +204,15 @@ class System {
   void poll() {
     if (planted_ != Planted::blocked_kept) snapshot_.clear();
     for (const int t : waited_)
-      if ((is_ready(t) || is_asked_in_turn(t)) && std::ranges::find(snapshot_, t) == snapshot_.end())
+      if ((is_ready(t) || is_asked_at_turn(t)) && std::ranges::find(snapshot_, t) == snapshot_.end())
         snapshot_.push_back(t);
   }
 
-  bool is_asked_in_turn(int t) const { return rebuilds_ && task(t).intra_process; }
+  bool is_asked_at_turn(int t) const { return rebuilds_ && task(t).intra_process; }
 
   int pick() {
     const auto first = std::ranges::find_if(
-        snapshot_, [this](int t) { return is_free(t) && (is_ready(t) || !is_asked_in_turn(t)); });
+        snapshot_, [this](int t) { return is_free(t) && (is_ready(t) || !is_asked_at_turn(t)); });
     const int found = first == snapshot_.end() ? -1 : *first;
     // Since rclcpp 28, subscriptions of busy groups leave the result.
     const auto leaves = [this](int t) { return rebuilds_ && !task(t).timer; };

@@ -12,19 +12,23 @@
 namespace hotpath {
 
 using namespace std::chrono_literals;
+using enum RosDistro;
 
 namespace {
 
 using Made = std::unique_ptr<Scheduler>;
 using Options = SchedulerOptions;
 
+/// Humble and Iron (rclcpp 16, 21) have Jazzy's order, but ask all waitables when a wait ends.
 Made make_default(const TaskSet& set, const Options& options) {
-  return std::make_unique<WaitSetScheduler>(set, 1, Blocked::forgotten, options.entity_order);
+  const Asked asked = options.release < jazzy ? Asked::at_poll : Asked::at_turn;
+  return std::make_unique<WaitSetScheduler>(set, 1, Blocked::forgotten, asked, options.entity_order);
 }
 
+/// All releases ask at the turn, Humble and Iron in execute_ready_executables().
 template <StaticScheduler::Runs runs>
 Made make_static(const TaskSet& set, const Options& options) {
-  return std::make_unique<StaticScheduler>(set, options.entity_order, runs);
+  return std::make_unique<StaticScheduler>(set, runs, Asked::at_turn, options.entity_order);
 }
 
 unsigned multi_workers(const Options& options, unsigned most = kMaxWorkers) {
@@ -35,11 +39,13 @@ unsigned multi_workers(const Options& options, unsigned most = kMaxWorkers) {
 
 template <Blocked blocked>
 Made make_multi(const TaskSet& set, const Options& options) {
-  return std::make_unique<WaitSetScheduler>(set, multi_workers(options), blocked, options.entity_order);
+  return std::make_unique<WaitSetScheduler>(set, multi_workers(options), blocked, Asked::at_poll,
+                                            options.entity_order);
 }
 
 Made make_multi_jazzy(const TaskSet& set, const Options& options) {
-  return std::make_unique<RebuiltWaitSetScheduler>(set, multi_workers(options), options.entity_order);
+  return std::make_unique<RebuiltWaitSetScheduler>(set, multi_workers(options), Asked::at_turn,
+                                                   options.entity_order);
 }
 
 template <Requeue requeue>
@@ -145,11 +151,6 @@ constexpr ExecutorEntry priority_events(std::string_view name, std::string_view 
 constexpr auto kRo = TimerHandling::release_only;
 constexpr auto kRe = TimerHandling::release_and_execute;
 
-constexpr ExecutorTraits stock_events(TimerHandling timers, bool in_paper, ReferenceCosts reference,
-                                      std::string_view colour) {
-  return events(timers, Policy::fifo, in_paper, RosDistros{RosDistro::iron}, reference, colour);
-}
-
 constexpr ExecutorTraits callback_groups(std::optional<RosDistros> on_rclcpp, std::string_view colour) {
   return events(TimerHandling::marked_ready, Policy::fifo, false, on_rclcpp, {1, 2us, 100us, 0us, 0us},
                 colour);
@@ -160,16 +161,15 @@ constexpr std::array kExecutors = {
         "default", "SingleThreadedExecutor", "wait set, timers before subscriptions; Humble to Rolling",
         wait_set(TaskKind::timer, false, true, RosDistros{}, {1, 5us, 190us, 41us, 150ns}, "#E08A00"),
         make_default},
-    ExecutorEntry{"static", "StaticSingleThreadedExecutor",
-                  "wait set, runs all that is ready, subscriptions first; rclcpp to 26 (Humble, Iron)",
-                  wait_set(TaskKind::subscription, false, true, RosDistros{.last = RosDistro::jazzy},
-                           kStaticCosts, "#C8502B"),
-                  make_static<StaticScheduler::Runs::all>},
+    ExecutorEntry{
+        "static", "StaticSingleThreadedExecutor",
+        "wait set, runs all that is ready, subscriptions first; rclcpp to 26 (Humble, Iron)",
+        wait_set(TaskKind::subscription, false, true, RosDistros{.last = jazzy}, kStaticCosts, "#C8502B"),
+        make_static<StaticScheduler::Runs::all>},
     ExecutorEntry{
         "static-jazzy", "StaticSingleThreadedExecutor",
         "wait set, waits after each job, subscriptions first; rclcpp 28 (Jazzy)",
-        wait_set(TaskKind::subscription, false, false,
-                 RosDistros{.first = RosDistro::jazzy, .last = RosDistro::jazzy}, kStaticCosts, "#8C3A22"),
+        wait_set(TaskKind::subscription, false, false, RosDistros{jazzy, jazzy}, kStaticCosts, "#8C3A22"),
         make_static<StaticScheduler::Runs::one>},
     ExecutorEntry{"multi", "MultiThreadedExecutor",
                   "wait set shared by several threads; rclcpp to 26 (Humble, Iron)",
@@ -177,22 +177,22 @@ constexpr std::array kExecutors = {
                   make_multi<Blocked::forgotten>},
     ExecutorEntry{
         "multi-jazzy", "MultiThreadedExecutor", "wait set rebuilt after each job; rclcpp from 28 on (Jazzy)",
-        wait_set(TaskKind::timer, true, false, RosDistros{RosDistro::jazzy}, kMultiCosts, "#C9A93E"),
-        make_multi_jazzy},
+        wait_set(TaskKind::timer, true, false, RosDistros{jazzy}, kMultiCosts, "#C9A93E"), make_multi_jazzy},
     ExecutorEntry{"multi-fair", "MultiThreadedExecutor",
                   "multi with the published remedy against starvation (Teper 2024)",
                   wait_set(TaskKind::timer, true, false, std::nullopt, kMultiCosts, "#7C6A1F"),
                   make_multi<Blocked::kept>},
     ExecutorEntry{"cbg", "EventsCBGExecutor",
                   "queue of ready callback groups, several threads; Jazzy on, to rclcpp PR 3178",
-                  callback_groups(RosDistros{RosDistro::jazzy}, "#2F8F8F"), make_cbg<Requeue::at_end>},
+                  callback_groups(RosDistros{jazzy}, "#2F8F8F"), make_cbg<Requeue::at_end>},
     ExecutorEntry{"cbg-3178", "EventsCBGExecutor",
                   "cbg after rclcpp PR 3178 (2026): a reentrant group is ready again at once",
                   callback_groups(std::nullopt, "#155A64"), make_cbg<Requeue::at_dispatch>},
     ExecutorEntry{"events-ro", "EventsExecutor", "stock: FIFO events queue, timer thread only releases",
-                  stock_events(kRo, true, kEventsCosts, "#0A9A6C"), make_stock_ro},
+                  events(kRo, Policy::fifo, true, RosDistros{iron}, kEventsCosts, "#0A9A6C"), make_stock_ro},
     ExecutorEntry{"events-re", "EventsExecutor", "stock: FIFO events queue, timer thread runs timers",
-                  stock_events(kRe, false, {1, 6us, 110us, 0us, 0us}, "#5FB89B"), make_stock_re},
+                  events(kRe, Policy::fifo, false, RosDistros{iron}, {1, 6us, 110us, 0us, 0us}, "#5FB89B"),
+                  make_stock_re},
     priority_events<Policy::rm>("rm-ro", "the paper's: rate monotonic, release-only", kRo, "#2777C4"),
     priority_events<Policy::rm>("rm-re", "the paper's: rate monotonic, release-and-execute", kRe, "#62A8DE"),
     priority_events<Policy::dm>("dm-ro", "the paper's: deadline monotonic, release-only", kRo, "#5B6FC8"),

@@ -27,11 +27,11 @@ bool are_alike(const TaskSet& set, unsigned threads) {
 WaitSet::WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first,
                  const std::vector<TaskId>& entity_order, Asked asked)
     : ExploredScheduler(set, workers, false),
+      group_busy_(set.groups.size(), false),
       runs_first_(runs_first),
       asked_(asked),
       timer_index_(set.size(), 0),
-      snapshot_(set.size()),
-      group_busy_(set.groups.size(), false) {
+      snapshot_(set.size()) {
   assert(entity_order.empty() || entity_order.size() == set.size());
   entities_ = in_order_of_kinds(set_, entity_order, runs_first);
   std::erase_if(entities_, [this](TaskId id) { return !set_[id].local; });
@@ -110,13 +110,12 @@ Decision WaitSetScheduler::decide(Worker worker, Time now) {
 Decision WaitSetScheduler::begin_wait(Worker worker, Time now) {
   if (blocked_ == Blocked::forgotten) forget_snapshot();
   wait_mutex_.wait(worker);
-  left_out_ = busy_groups();
-  const auto in_free_group = [this](TaskId id) { return group_free(id); };
+  left_out_ = group_busy_;
   Decision decision;
   decision.waited_for = static_cast<std::uint32_t>(entities().size());
   const bool has_sample =
       std::ranges::any_of(entities(), [&](TaskId id) { return unread_.count(id) > 0 && group_free(id); });
-  decision.wake_at = has_sample ? now : next_timer(in_free_group);
+  decision.wake_at = has_sample ? now : next_timer([this](TaskId id) { return group_free(id); });
   return decision;
 }
 
@@ -134,9 +133,9 @@ Decision StaticScheduler::decide(Worker, Time now) {
   return decision;
 }
 
-RebuiltWaitSetScheduler::RebuiltWaitSetScheduler(const TaskSet& set, unsigned workers,
+RebuiltWaitSetScheduler::RebuiltWaitSetScheduler(const TaskSet& set, unsigned workers, Asked asked,
                                                  const std::vector<TaskId>& entity_order)
-    : WaitSet(set, workers, TaskKind::timer, entity_order, Asked::at_turn),
+    : WaitSet(set, workers, TaskKind::timer, entity_order, asked),
       waited_(entities()),
       is_waited_for_(set.size(), true) {}
 

@@ -12,6 +12,19 @@
 
 namespace hotpath {
 
+/// ROS 2 releases, from the oldest supported one on; each has one major version of rclcpp.
+enum class RosDistro : std::uint8_t { humble, iron, jazzy, kilted, lyrical, rolling };
+constexpr auto enum_texts(RosDistro) {
+  return texts_in_order<RosDistro>({"humble", "iron", "jazzy", "kilted", "lyrical", "rolling"});
+}
+
+/// The range of releases, both ends included, in which an executor can run on rclcpp.
+struct RosDistros {
+  RosDistro first = RosDistro::humble;
+  RosDistro last = RosDistro::rolling;
+  [[nodiscard]] constexpr bool overlap(RosDistros r) const { return first <= r.last && r.first <= last; }
+};
+
 /// Options of an executor's scheduler; each applies to the executors named in its comment.
 struct SchedulerOptions {
   SubscriptionRule rule = SubscriptionRule::inherit;
@@ -23,6 +36,8 @@ struct SchedulerOptions {
   /// at the start). Empty: order of creation. In rclcpp the order follows memory addresses
   /// (Humble's maps of weak pointers, Jazzy's hash maps).
   std::vector<TaskId> entity_order = {};
+  /// `default`: the release of ROS 2 whose rules it follows.
+  RosDistro release = RosDistro::jazzy;
   /// Release-only: number of executor workers, in [1, kMaxWorkers - 1]; rclcpp and the paper: one.
   unsigned release_only_workers = 1;
   /// The paper's executors: after this long in the queue, the oldest job of all services runs
@@ -63,19 +78,6 @@ struct ReferenceCosts {
   Duration wait;  ///< Wait sets: end of a job to the start of the next one after a new wait, less `dispatch`
                   ///< and the cost of the entities.
   Duration wait_per_entity;  ///< Wait sets.
-};
-
-/// ROS 2 releases, from the oldest supported one on; each has one major version of rclcpp.
-enum class RosDistro : std::uint8_t { humble, iron, jazzy, kilted, lyrical, rolling };
-constexpr auto enum_texts(RosDistro) {
-  return texts_in_order<RosDistro>({"humble", "iron", "jazzy", "kilted", "lyrical", "rolling"});
-}
-
-/// The range of releases, both ends included, in which an executor can run on rclcpp.
-struct RosDistros {
-  RosDistro first = RosDistro::humble;
-  RosDistro last = RosDistro::rolling;
-  [[nodiscard]] constexpr bool has(RosDistro distro) const { return first <= distro && distro <= last; }
 };
 
 /// The traits by which code distinguishes executors; no code looks at an executor's name. No member

@@ -10,6 +10,12 @@
 
 namespace hotpath {
 
+/// When rclcpp asks an intra-process subscription whether it has a sample; rcl does not know.
+enum class Asked : std::uint8_t {
+  at_poll,  ///< As all others (remove_null_handles() in allocator_memory_strategy.hpp).
+  at_turn,  ///< When those before it in the snapshot have run (next_ready_waitable() in wait_result.hpp).
+};
+
 /// The common part of rclcpp's executors that poll a wait set: the timers and subscriptions of this
 /// process in entity order, and the snapshot: the tasks that the last poll found ready and that
 /// have not run since, in execution order.
@@ -37,12 +43,6 @@ class WaitSet : public ExploredScheduler {
     run,
     leave,   ///< Continue with the next task; this one stays in the snapshot.
     forget,  ///< Continue with the next task; this one waits for the next poll.
-  };
-
-  /// When rclcpp asks an intra-process subscription whether it has a sample; rcl does not know.
-  enum class Asked : std::uint8_t {
-    at_poll,  ///< As all others: rclcpp up to 26 (allocator_memory_strategy.hpp).
-    at_turn,  ///< When those before it in the snapshot have run: from 28 on (wait_result.hpp).
   };
 
   /// A snapshot is in_order_of_kinds().
@@ -90,8 +90,6 @@ class WaitSet : public ExploredScheduler {
 
   [[nodiscard]] bool group_free(TaskId task) const { return !group_busy_[group(task)]; }
   void free_group(TaskId task) { group_busy_[group(task)] = false; }
-  /// By callback group.
-  [[nodiscard]] const std::vector<bool>& busy_groups() const { return group_busy_; }
 
   /// When the first of the eligible timers is due.
   template <class Eligible>
@@ -109,6 +107,8 @@ class WaitSet : public ExploredScheduler {
   }
   /// All tasks of the wait set, in the order of kinds.
   [[nodiscard]] const std::vector<TaskId>& entities() const { return entities_; }
+
+  std::vector<bool> group_busy_;
 
  private:
   class Snapshot {
@@ -169,7 +169,6 @@ class WaitSet : public ExploredScheduler {
   std::vector<Timer> timers_;               // in the order of entities_
   std::vector<std::uint32_t> timer_index_;  // by task
   Snapshot snapshot_;
-  std::vector<bool> group_busy_;
 };
 
 /// The mutex under which the workers of rclcpp's MultiThreadedExecutor look for work and wait for
@@ -236,9 +235,8 @@ class WaitSetScheduler final : public WaitSet {
  public:
   /// `workers` in [1, kMaxWorkers]; with one worker no group is ever busy when it looks for work.
   WaitSetScheduler(const TaskSet& set, unsigned workers, Blocked blocked = Blocked::forgotten,
-                   const std::vector<TaskId>& entity_order = {})
-      : WaitSet(set, workers, TaskKind::timer, entity_order, workers == 1 ? Asked::at_turn : Asked::at_poll),
-        blocked_(blocked) {}
+                   Asked asked = Asked::at_poll, const std::vector<TaskId>& entity_order = {})
+      : WaitSet(set, workers, TaskKind::timer, entity_order, asked), blocked_(blocked) {}
 
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time) override {
     return {is_waited_for(task) ? wait_mutex_.waiting() : WorkerSet{}, add_unread(task, sample)};
@@ -289,9 +287,8 @@ class StaticScheduler final : public WaitSet {
     one,  ///< From 28 on spin() runs one executable per wait (spin_once_impl()).
   };
 
-  explicit StaticScheduler(const TaskSet& set, const std::vector<TaskId>& entity_order = {},
-                           Runs runs = Runs::all)
-      : WaitSet(set, 1, TaskKind::subscription, entity_order, Asked::at_turn), runs_(runs) {}
+  StaticScheduler(const TaskSet& set, Runs runs, Asked asked, const std::vector<TaskId>& entity_order)
+      : WaitSet(set, 1, TaskKind::subscription, entity_order, asked), runs_(runs) {}
 
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time) override {
     return {WorkerSet::of(0), add_unread(task, sample)};
@@ -330,7 +327,8 @@ class RebuiltWaitSetScheduler final : public WaitSet {
   /// `workers` in [1, kMaxWorkers]. Tasks that are appended to the wait set together appear in
   /// reverse order of creation: rclcpp takes them from hash maps that iterate from the last
   /// insertion.
-  RebuiltWaitSetScheduler(const TaskSet& set, unsigned workers, const std::vector<TaskId>& entity_order = {});
+  RebuiltWaitSetScheduler(const TaskSet& set, unsigned workers, Asked asked = Asked::at_turn,
+                          const std::vector<TaskId>& entity_order = {});
 
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time) override {
     return {is_waited_for_[task] ? wait_mutex_.waiting() : WorkerSet{}, add_unread(task, sample)};

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "hotpath/core/platform.hpp"
+#include "hotpath/core/registry.hpp"
 #include "hotpath/reference_system/callback.hpp"
 
 namespace hotpath {
@@ -177,6 +178,7 @@ struct Graph {
   /// How long a request or response of a service or an action waits before it runs next under the paper's
   /// executors (SchedulerOptions::service_wait); 0: without limit.
   Duration service_wait{};
+  RosDistro release = RosDistro::jazzy;  ///< Whose rules `default` follows (SchedulerOptions::release).
   std::map<std::string, DeliveryOrder> delivery;  ///< By topic; absent: the order of creation.
   std::set<std::string> intra_process;            ///< Topics whose subscriptions are waitables.
 

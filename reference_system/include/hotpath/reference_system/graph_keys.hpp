@@ -119,6 +119,7 @@ inline constexpr auto kAll = std::to_array<GraphKey>({
     // The graph as a whole. The costs of its platform are in kPlatformCosts.
     {"work", keys_in(graph), word, "cpu_time"},
     {"service_wait_ms", keys_in(graph), time, "0"},
+    {"ros_distro", keys_in(graph), word, "jazzy"},
     {"topics", keys_in(graph), form},
     {"publishers", keys_in(topic_rule), word, "one"},
     {"intra_process", keys_in(topic_rule, subscription), word, "false"},
