@@ -121,6 +121,20 @@ TEST(Recognition, AFittedOrderRemovesAtLeastThreeContradictions) {
   }
 }
 
+TEST(Recognition, PrefersTheGenerationOfTheRelease) {
+  Recorded r;
+  r.tasks(2, 10ms);
+  for (const TaskId id : {0U, 1U}) r.job(id, id, 0ms, 0ms, 1ms);
+  const auto best = [&](const char* version) {
+    return imports::recognise(r.system, r.graph, r.steps(2),
+                              imports::possible_hypotheses(r.steps(2), true, imports::releases_of(version)))
+        .names();
+  };
+  EXPECT_THAT(best("4.1.1"), ElementsAre("multi:2", "multi-fair:2"));
+  EXPECT_THAT(best("8.0.0"), ElementsAre("multi:2", "multi-jazzy:2", "multi-fair:2"));
+  EXPECT_THAT(best("8.2.2"), ElementsAre("multi-jazzy:2", "multi:2", "multi-fair:2"));
+}
+
 /// While timer 0 runs, timer 1 becomes due. Its job begins after the subscription to what timer 0
 /// publishes at its end: the thread that releases it had to wait until the other one slept.
 TEST(FollowedSchedule, TimersOfEqualPrioritiesAreReleasedWhenTheExecutorSleeps) {
