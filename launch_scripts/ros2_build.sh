@@ -74,7 +74,7 @@ build() {
   # needs itself.
   local before=(ros2/hotpath_rclcpp_interfaces)
   [ -n "$sanitizer" ] || before+=(executor reference_system)
-  [ "$command" = OFF ] || before+=(campaign sensor tracing analysis bench)
+  [ "$command" = OFF ] || before+=(sensor tracing analysis bench)
   run OFF "${before[@]}" -- "$@"
   . "$base/install/local_setup.bash"
   run "$test" ros2/hotpath_rclcpp -- "$@"

@@ -19,7 +19,7 @@ packages=(
 )
 # munkres: else Debian's fonttools, of matplotlib, installs SciPy with the headers of Python and OpenBLAS.
 for_any_of compile build || packages+=(python3-matplotlib python3-munkres python3-jinja2 python3-tqdm)
-for_any_of compile first || packages+=(libbabeltrace2-dev libopenmpi-dev openmpi-bin graphviz)
+for_any_of compile first || packages+=(libbabeltrace2-dev graphviz)
 for_any_of ros build test && packages+=(
   libroscpp-dev libstd-msgs-dev libdiagnostic-msgs-dev libgeometry-msgs-dev libros-rosgraph-msgs-dev libsensor-msgs-dev
   libtf2-msgs-dev libvisualization-msgs-dev

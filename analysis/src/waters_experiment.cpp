@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <sstream>
 
 #include "hotpath/analysis/brueggen_2015.hpp"
 #include "hotpath/analysis/davare_2007.hpp"
@@ -12,8 +10,8 @@
 #include "hotpath/analysis/duerr_2019.hpp"
 #include "hotpath/analysis/guenzel_2023.hpp"
 #include "hotpath/analysis/kloda_2018.hpp"
+#include "hotpath/analysis/parallel.hpp"
 #include "hotpath/analysis/teper_2024.hpp"
-#include "hotpath/campaign/crew.hpp"
 
 namespace hotpath {
 
@@ -95,15 +93,6 @@ WatersResult evaluate(const WatersOptions& options, std::uint32_t level, std::ui
   return one;
 }
 
-/// Identifies the experiment; all ranks must agree.
-std::string name_of(const WatersOptions& options) {
-  std::ostringstream name;
-  name << "waters " << options.seed << " " << options.sets;
-  for (const double u : options.utilisations) name << " " << u;
-  for (const WatersMethod m : options.methods) name << " " << to_string(m);
-  return name.str();
-}
-
 void check(const WatersOptions& options) {
   if (options.utilisations.empty() || options.sets == 0) {
     throw AnalysisError("the WATERS experiment needs at least one utilisation and one task set");
@@ -116,27 +105,19 @@ void check(const WatersOptions& options) {
 
 }  // namespace
 
-WatersResult run_waters(const WatersOptions& options, Crew& crew) {
-  check(options);
-  std::vector<WatersResult> done;
-  Campaign campaign;
-  campaign.name = name_of(options);
-  campaign.cells.resize(std::uint64_t{options.sets} * options.utilisations.size());
-  std::iota(campaign.cells.begin(), campaign.cells.end(), 0);
-  campaign.work = [&options](std::uint64_t number) {
-    return pack_waters(evaluate(options, static_cast<std::uint32_t>(number / options.sets),
-                                static_cast<std::uint32_t>(number % options.sets)));
-  };
-  campaign.gather = [&done](std::uint64_t, const std::string& bytes) {
-    done.push_back(unpack_waters(bytes));
-  };
-  crew.run(campaign);
-  return join_waters(done);
-}
-
 WatersResult run_waters(const WatersOptions& options) {
-  Crew crew(options.threads);
-  return run_waters(options, crew);
+  check(options);
+  std::vector<WatersResult> done(std::size_t{options.sets} * options.utilisations.size());
+  for_each_index(done.size(), options.threads, [&](std::size_t number) {
+    done[number] = evaluate(options, static_cast<std::uint32_t>(number / options.sets),
+                            static_cast<std::uint32_t>(number % options.sets));
+  });
+  WatersResult all;
+  for (const WatersResult& one : done) {
+    all.sets.insert(all.sets.end(), one.sets.begin(), one.sets.end());
+    all.rows.insert(all.rows.end(), one.rows.begin(), one.rows.end());
+  }
+  return all;
 }
 
 }  // namespace hotpath

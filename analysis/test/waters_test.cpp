@@ -116,17 +116,6 @@ TEST(WatersExperiment, ResultsDoNotDependOnTheNumberOfThreads) {
   EXPECT_GT(one.rows.size(), 100U);
 }
 
-TEST(WatersExperiment, PartsInAnyOrderJoinToTheWhole) {
-  const WatersResult whole = run_waters(small(10));
-  std::vector<WatersResult> parts(3);
-  for (const WatersSet& set : whole.sets) parts[2 - set.set % 3].sets.push_back(set);
-  for (const WatersRow& row : whole.rows) parts[2 - row.set % 3].rows.push_back(row);
-  for (WatersResult& part : parts) part = unpack_waters(pack_waters(part));
-  EXPECT_TRUE(join_waters(parts) == whole);
-  EXPECT_THROW(unpack_waters("not a part"), AnalysisError);
-  EXPECT_THROW(unpack_waters(pack_waters(parts[0]) + "x"), AnalysisError);
-}
-
 TEST(WatersExperiment, ALevelsSetsDoNotDependOnTheOtherLevels) {
   WatersOptions options = small(5);
   WatersResult all = run_waters(options);

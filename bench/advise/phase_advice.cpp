@@ -8,10 +8,10 @@
 #include "advise/advice_files.hpp"
 #include "advise/phase_search.hpp"
 #include "guarantees/witnesses.hpp"
+#include "hotpath/analysis/parallel.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
-#include "program/parallel.hpp"
 #include "program/progress.hpp"
 #include "program/table.hpp"
 #include "program/text.hpp"
@@ -142,7 +142,7 @@ class PhaseAdviser : Question {
     const auto is_given = [](const Callback& callback) { return callback.phase || callback.input; };
     if (std::ranges::all_of(tasks.callbacks, is_given)) all.push_back(by(Phases::given, 0));
     std::vector<PhaseValues> draws(std::ranges::none_of(all, &PhaseValues::exact) ? 0 : options.draws);
-    program::for_each_index(draws.size(), options.threads, [&](std::size_t d) {
+    for_each_index(draws.size(), options.threads, [&](std::size_t d) {
       if (!stopped()) draws[d] = by(Phases::random, static_cast<std::uint32_t>(d));
     });
     std::ranges::copy_if(draws, std::back_inserter(all), &PhaseValues::exact);

@@ -8,7 +8,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "program/parallel.hpp"
+#include "hotpath/analysis/parallel.hpp"
 #include "setup/run_setup.hpp"
 
 namespace hotpath::advise {
@@ -134,7 +134,7 @@ PhaseValues search_phases(const TaskSet& set, const std::vector<TaskId>& togethe
       const std::vector<TaskId>& move = moves[i % moves.size()];
       const auto step = std::max(floor<microseconds>(range_of_phases(set, move) / steps), microseconds(1));
       std::vector<PhaseValues> grid(2 * kSide + 1, best);
-      program::for_each_index(grid.size(), threads, [&](std::size_t p) {
+      for_each_index(grid.size(), threads, [&](std::size_t p) {
         const auto k = static_cast<std::int64_t>(p) - kSide;
         if (k != 0) grid[p] = evaluate(moved(set, best.first, move, k * step), best.within_margin);
       });

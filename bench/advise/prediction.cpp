@@ -8,9 +8,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "hotpath/analysis/parallel.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "program/interrupt.hpp"
-#include "program/parallel.hpp"
 #include "program/text.hpp"
 #include "results/executor_measures.hpp"
 #include "setup/deployed_system.hpp"
@@ -108,7 +108,7 @@ std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const 
     predictions[c].overload = candidates[c].load.overload;
   }
   for (std::uint32_t d = 0; d < options.draws && (d == 0 || !ends()); ++d) {
-    program::for_each_index(candidates.size(), options.threads, [&](std::size_t c) {
+    for_each_index(candidates.size(), options.threads, [&](std::size_t c) {
       Prediction& p = predictions[c];
       try {
         if (p.keeps_up()) add_draw(p, options, d);

@@ -10,7 +10,6 @@
 #include "commands/option_helpers.hpp"
 #include "hotpath/analysis/waters_statistics.hpp"
 #include "hotpath/analysis/wcrt_table.hpp"
-#include "hotpath/campaign/crew.hpp"
 #include "machine/release_cost.hpp"
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
@@ -145,9 +144,7 @@ void run_waters_experiment(WatersArguments& arguments) {
   arguments.options.methods = {WatersMethod::brueggen_davare, WatersMethod::davis_davare,
                                WatersMethod::davis_duerr, WatersMethod::davis_kloda,
                                WatersMethod::davis_guenzel};
-  Crew crew(arguments.options.threads);
-  const WatersResult result = run_waters(arguments.options, crew);
-  if (!crew.coordinates()) return;
+  const WatersResult result = run_waters(arguments.options);
   const std::filesystem::path folder = arguments.output;
   program::create_folder(folder);
   const std::vector<WatersSummary> summaries = summarise_waters(arguments.options, result);

@@ -5,11 +5,12 @@
 #include <chrono>
 #include <filesystem>
 #include <iostream>
+#include <mutex>
 #include <sstream>
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
-#include "hotpath/campaign/crew.hpp"
+#include "hotpath/analysis/parallel.hpp"
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/core/suggestion.hpp"
 #include "program/child_process.hpp"
@@ -248,44 +249,33 @@ class Sweep {
   }
 
   void run() {
-    Crew crew(cells_.live() ? 1 : arguments_.threads);
-    if (cells_.live() && crew.ranks_on_this_machine() > 1) {
-      throw program::UsageError(
-          "live cells need one machine per rank, but several ranks run on this machine; start one rank "
-          "per machine");
-    }
-    std::optional<sweep::Journal> journal;
-    Campaign campaign;
-    campaign.name = program::concat(design_.text, folder_);
-    campaign.work = [this](std::uint64_t cell) { return cells_.rows_of(cell); };
-    campaign.stopped = [] { return program::interrupted() != 0; };
-    if (crew.coordinates()) {
-      journal.emplace(folder_, design_);
-      for (const std::string& note : journal->notes()) std::cerr << "note: " << note << "\n";
-      prepare(*journal, crew);
-      campaign.cells = journal->missing();
-      begin_ = Clock::now();
-      campaign.gather = [&](std::uint64_t cell, const std::string& rows) {
-        journal->add(cell, rows);
-        show_progress(++gathered_, campaign.cells.size());
-      };
-    }
+    sweep::Journal journal(folder_, design_);
+    for (const std::string& note : journal.notes()) std::cerr << "note: " << note << "\n";
+    prepare(journal);
+    const std::vector<std::uint64_t> cells = journal.missing();
+    begin_ = Clock::now();
+    std::mutex adding;
     program::catch_interrupts();
     try {
-      crew.run(campaign);
+      for_each_index(cells.size(), threads_, [&](std::size_t i) {
+        if (program::interrupted() != 0) return;
+        const std::string rows = cells_.rows_of(cells[i]);
+        const std::lock_guard lock(adding);
+        journal.add(cells[i], rows);
+        show_progress(++added_, cells.size());
+      });
     } catch (...) {
-      if (journal) journal->flush();
+      journal.flush();
       throw;
     }
-    if (!crew.coordinates()) return;
     if (isatty(STDERR_FILENO) != 0) program::replace_terminal_line("");
-    journal->flush();
-    finish(*journal);
+    journal.flush();
+    finish(journal);
   }
 
  private:
   /// Prints the estimated duration and size of the sweep, from a few of its cells.
-  void prepare(sweep::Journal& journal, const Crew& crew) const {
+  void prepare(sweep::Journal& journal) const {
     const std::vector<std::uint64_t> missing = journal.missing();
     if (journal.done() > 0)
       std::cout << journal.done() << " of " << design_.cells() << " cells are in " << folder_ << " already\n";
@@ -302,13 +292,12 @@ class Sweep {
     journal.flush();
     const double each = seconds_since(begin) / static_cast<double>(timed);
     const auto left = static_cast<double>(missing.size() - timed);
-    const double took = left * each / (crew.ranks() * crew.threads());
+    const double took = left * each / threads_;
     const double size =
         bytes / static_cast<double>(timed) * static_cast<double>(design_.cells()) * 2;  // journal and table
     std::cout << program::text("%.0f of %llu cells of `%s` to do, about %s on %u thread(s); about %.1f MB",
                                left, static_cast<unsigned long long>(design_.cells()),
-                               design_.command.c_str(), duration_text(took).c_str(),
-                               crew.ranks() * crew.threads(), size / 1e6)
+                               design_.command.c_str(), duration_text(took).c_str(), threads_, size / 1e6)
               << (design_.keep ? " plus the kept folders\n" : "\n") << std::flush;
     if (arguments_.yes || (took < kLongest_s && size < kLargest_bytes)) return;
     throw program::UsageError(
@@ -339,8 +328,9 @@ class Sweep {
   const std::string folder_;
   const SweepCells cells_;
   const sweep::Design& design_ = cells_.design();
+  const unsigned threads_ = cells_.live() ? 1 : thread_count(arguments_.threads);
   Clock::time_point begin_, shown_;
-  std::size_t gathered_ = 0;
+  std::size_t added_ = 0;
 };
 
 }  // namespace
@@ -358,7 +348,7 @@ const Command kSweep("Predict", 60, [](CLI::App& app) {
   add(sweep, "--output", o.output, "FOLDER",
       "Folder for the table; resumes an unfinished sweep in it. By default runs/sweep-FILE");
   add(sweep, "--threads", o.threads, {0, 1024}, "N",
-      "Parallel cells per rank, 0 for one per CPU; live cells run one at a time");
+      "Parallel cells, 0 for one per CPU; live cells run one at a time");
   add(sweep, "--yes", o.yes, "Start even if the sweep takes more than 1 hour or 1 GB");
   sweep.get_option("--new")->excludes("FILE", "--output", "--threads", "--yes");
 });

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "hotpath/core/input_file.hpp"
+#include "program/hash.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
 
@@ -17,11 +18,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// FNV-1a with 64 bits: it finds a change, and does not resist forgery.
 std::string hash_of(const std::string& content) {
-  std::uint64_t hash = 0xcbf29ce484222325;
-  for (const char c : content) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
-  return program::text("%016llx", static_cast<unsigned long long>(hash));
+  return program::text("%016llx", static_cast<unsigned long long>(program::hash_of(content)));
 }
 
 std::string content_of(std::ifstream in) {

@@ -7,13 +7,13 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "hotpath/analysis/parallel.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
 #include "program/json_output.hpp"
 #include "program/output_target.hpp"
-#include "program/parallel.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
 #include "results/run_folder.hpp"
@@ -195,8 +195,7 @@ class SimulatedRun {
 
   /// Each simulation depends on its index alone, so threads may take them in any order.
   void simulate_all() {
-    program::for_each_index(simulations_.size(), options_.threads,
-                            [this](std::size_t i) { simulate_one(i); });
+    for_each_index(simulations_.size(), options_.threads, [this](std::size_t i) { simulate_one(i); });
   }
 
   /// An executor has results of all repetitions or of none: the others would make it look better than it is.

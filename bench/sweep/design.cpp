@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hotpath/campaign/crew.hpp"
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "hotpath/reference_system/yaml_value.hpp"
+#include "program/hash.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::sweep {
@@ -124,7 +124,7 @@ std::uint64_t Design::seed_of(std::uint64_t cell) const {
   for (const Option& option : at) {
     if (!names_executor(option.name)) place += program::concat(option.name, "=", option.value, ";");
   }
-  return hash_of(place + std::to_string(repetition(cell))) >> 11;  // 53 bits, exact in JSON
+  return program::hash_of(place + std::to_string(repetition(cell))) >> 11;  // 53 bits, exact in JSON
 }
 
 Design load_sweep(const std::string& file) {

@@ -11,11 +11,12 @@
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
-#include "hotpath/campaign/crew.hpp"
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
+#include "program/hash.hpp"
 #include "program/json_fields.hpp"
 #include "program/output_target.hpp"
 #include "program/table.hpp"
@@ -31,6 +32,12 @@ namespace {
 
 constexpr auto kFlushEvery = std::chrono::seconds(1);
 constexpr const char *kJournal = "cells.journal", *kFacts = "sweep.json";
+
+/// A hash that differs between builds of the running program.
+std::uint64_t build_fingerprint() {
+  const std::ifstream own("/proc/self/exe", std::ios::binary);
+  return program::hash_of((std::ostringstream() << own.rdbuf()).view());
+}
 
 /// A line of the journal: checksum, space, JSON (so that a row may have line breaks).
 std::string line_of(std::uint64_t cell, const std::string& rows) {

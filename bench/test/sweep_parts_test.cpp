@@ -8,6 +8,7 @@
 #include "graph_fixture.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
+#include "program/hash.hpp"
 #include "program/text.hpp"
 #include "sweep/capacity.hpp"
 #include "sweep/design.hpp"
@@ -252,6 +253,11 @@ TEST(CapacityTest, EveryRepetitionMeetsEveryRequirement) {
   for (const char* wrong : {"fast", "age", "age:", "latency:", "latency:-1", "latency:1s"}) {
     EXPECT_THROW((void)sweep::Requirement::parse({wrong}), program::UsageError) << wrong;
   }
+}
+
+TEST(Hash, IsFnv1a) {
+  EXPECT_EQ(program::hash_of(""), 0xcbf29ce484222325U);
+  EXPECT_EQ(program::hash_of("foobar"), 0x85944171f73967e8U);
 }
 
 }  // namespace hotpath::sweep_parts_test

@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`hotpath sweep` and `hotpath capacity` as a user starts them: bytes that do not depend on threads
-or ranks, resumption, faults, wrong use."""
+"""`hotpath sweep` and `hotpath capacity` as a user starts them: bytes that do not depend on threads,
+resumption, faults, wrong use."""
 
-import os
 import shutil
 import signal
-import subprocess
-import unittest
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +16,6 @@ axes:
   executors: [default, rm-ro]
 repetitions: 4
 """
-MPIRUN = shutil.which("mpirun")
 
 
 class SweepTest(CommandTest):
@@ -35,13 +31,6 @@ class SweepTest(CommandTest):
 
     def sweep(self, output: str | Path, *arguments: object, text: Any = SWEEP) -> Any:
         return self.accepted("sweep", self.sweep_file(text), "--output", output, *arguments)
-
-    def mpirun(self, ranks: int, *words: object, wait: bool = True) -> Any:
-        options = ["--allow-run-as-root", "--oversubscribe", "--bind-to", "none", "-n", str(ranks)]
-        command: list[Any] = [MPIRUN, *options, *map(str, words)]
-        options_of_it: Any = {"cwd": self.folder, "env": self.environment, "text": True}
-        process = subprocess.Popen(command, stdout=-1, stderr=-1, **options_of_it)
-        return self.finish(process) if wait else process
 
 
 class Sweeps(SweepTest):
@@ -147,22 +136,6 @@ class Sweeps(SweepTest):
         code, out, err = self.command(*words)
         self.assertEqual((code, "--yes" in err), (2, True), err)
         self.assertIn("59996 of 60000 cells of `simulate` to do, about", out)
-
-    @unittest.skipUnless(MPIRUN, "no mpirun")
-    def test_a_rank_that_dies_ends_the_job_and_the_same_command_resumes(self) -> None:
-        text = SWEEP.replace("repetitions: 4", "repetitions: 30").replace("duration: 2", "duration: 20")
-        self.sweep("alone", text=text)
-        doomed = f'if [ $OMPI_COMM_WORLD_RANK = 1 ]; then echo $$ > doomed; fi; exec "{HOTPATH}" "$@"'
-        words = ["sweep", "sweep.yaml", "--output", "ranks", "--threads", "1"]
-        process = self.mpirun(2, "sh", "-c", doomed, "sh", *words, wait=False)
-        journal = self.folder / "ranks" / "cells.journal"
-        self.wait_for(lambda: journal.exists() and journal.read_text().count("\n") > 2, "no cell is done")
-        os.kill(int((self.folder / "doomed").read_text()), signal.SIGKILL)
-        self.assertNotEqual(self.finish(process)[0], 0)
-        code, out, err = self.mpirun(2, HOTPATH, *words)
-        self.assertEqual(code, 0, err)
-        self.assertRegex(out, r"\d+ of 180 cells are in ranks already")
-        self.assertEqual(self.table("ranks"), self.table("alone"))
 
 
 class Capacities(SweepTest):

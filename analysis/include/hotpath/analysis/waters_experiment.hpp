@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-
 #include "hotpath/analysis/waters_2015.hpp"
 #include "hotpath/core/enum_text.hpp"
 
 namespace hotpath {
-
-class Crew;
 
 /// A pair of response time analysis and end-to-end method, compared with the default executor's
 /// bound (teper_2024).
@@ -61,25 +57,14 @@ struct WatersSet {
   friend bool operator==(const WatersSet&, const WatersSet&) = default;
 };
 
-/// Results of the experiment, or of a part of it.
+/// Results of the experiment.
 struct WatersResult {
   std::vector<WatersSet> sets;
   std::vector<WatersRow> rows;
   friend bool operator==(const WatersResult&, const WatersResult&) = default;
 };
 
-/// Runs the whole experiment with the threads of this process; ordered by level, set, chain.
+/// Runs the experiment; ordered by level, set, chain.
 WatersResult run_waters(const WatersOptions& options);
-/// Runs the experiment with a crew, whose number of threads applies. Ranks other than the
-/// coordinator get an empty result.
-WatersResult run_waters(const WatersOptions& options, Crew& crew);
-
-/// Joins parts, in any order, into the whole result.
-WatersResult join_waters(const std::vector<WatersResult>& shares);
-
-/// Serialises a part and reads it back, for machines of one architecture. Throws AnalysisError if
-/// the bytes are not a part.
-std::string pack_waters(const WatersResult& share);
-WatersResult unpack_waters(const std::string& bytes);
 
 }  // namespace hotpath

@@ -8,13 +8,18 @@
 #include <thread>
 #include <vector>
 
-namespace hotpath::program {
+namespace hotpath {
 
-/// Calls `work(0)` to `work(count - 1)` in threads (0: one for each processor) that take the
-/// indices in order. When calls have thrown, the exception of the smallest index is thrown after
-/// all have ended.
+/// As many threads as a user asks for; 0: one for each processor.
+inline unsigned thread_count(unsigned asked) {
+  return asked > 0 ? asked : std::max(1U, std::thread::hardware_concurrency());
+}
+
+/// Calls `work(0)` to `work(count - 1)` in `thread_count(threads)` threads that take the
+/// indices in order. Once a call has thrown, no other begins; the exception of the smallest index is
+/// thrown after all have ended.
 template <class Work>
-void for_each_index(std::size_t count, std::size_t threads, const Work& work) {
+void for_each_index(std::size_t count, unsigned threads, const Work& work) {
   std::atomic<std::size_t> next = 0;
   std::vector<std::exception_ptr> failures(count);
   const auto run = [&] {
@@ -23,12 +28,12 @@ void for_each_index(std::size_t count, std::size_t threads, const Work& work) {
         work(i);
       } catch (...) {
         failures[i] = std::current_exception();
+        next = count;
       }
     }
   };
-  const std::size_t thread_count = threads > 0 ? threads : std::max(1U, std::thread::hardware_concurrency());
   std::vector<std::thread> others;
-  while (others.size() + 1 < std::min(thread_count, count)) others.emplace_back(run);
+  while (others.size() + 1 < std::min<std::size_t>(thread_count(threads), count)) others.emplace_back(run);
   run();
   for (std::thread& thread : others) thread.join();
   for (const std::exception_ptr& failure : failures) {
@@ -36,4 +41,4 @@ void for_each_index(std::size_t count, std::size_t threads, const Work& work) {
   }
 }
 
-}  // namespace hotpath::program
+}  // namespace hotpath
