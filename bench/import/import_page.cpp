@@ -334,9 +334,10 @@ void print_import(std::ostream& out, const Facts& facts, const std::filesystem::
       std::ranges::copy(of->second, std::back_inserter(*to));
   for (const auto& chain : check.chains)
     if (std::isfinite(chain.recorded_ms.p50) && std::isfinite(chain.simulated_ms.p50))
-      light.push_back(program::text("%s median %.2f ms recorded, %.2f simulated (%+.1f %%)",
+      light.push_back(program::text("%s median %.2f ms recorded, %.2f simulated (%+.1f %%%s)",
                                     chain.chain.c_str(), chain.recorded_ms.p50, chain.simulated_ms.p50,
-                                    chain.median_error_percent));
+                                    chain.median_error_percent,
+                                    chain.between_modes ? ", between two modes" : ""));
   const std::string folder = output.string(),
                     now = best.executor.deployment ? folder + "/deployment.yaml" : best.executor.label;
   out << "Recognised: " << best.graph.nodes.size() << " nodes, " << best.tasks.set.size() << " tasks, "

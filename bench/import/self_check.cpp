@@ -90,7 +90,7 @@ void judge(SelfCheck& check, double deviation, double green, const std::string& 
 }
 
 void compare_latencies(SelfCheck& check, const std::string& name, const std::vector<double>& recorded,
-                       const std::vector<double>& simulated, bool doubted) {
+                       std::vector<double> simulated, bool doubted) {
   SelfCheck::ChainCheck& chain = check.chains.emplace_back();
   chain.chain = name;
   chain.recorded_ms = validation::latency_quantiles(recorded);
@@ -101,18 +101,27 @@ void compare_latencies(SelfCheck& check, const std::string& name, const std::vec
                         ": its latency cannot be compared."),
         recorded.empty() ? Light::yellow : Light::red);
   }
-  const auto error = [&](const char* quantile, double recorded_value, double simulated_value, double green) {
+  const auto &of_recording = chain.recorded_ms, &of_simulation = chain.simulated_ms;
+  const auto error = [&](const char* name_of_quantile, double recorded_value, double simulated_value,
+                         double green, bool enough) {
     const double percent = error_percent(recorded_value, simulated_value);
-    if (doubted) return percent;
-    judge(check, std::abs(percent), green,
-          program::text("The %s of %s is %.1f ms simulated and %.1f ms recorded.", quantile, name.c_str(),
-                        simulated_value, recorded_value),
-          recorded.size() >= (green == kP99Error_percent ? kFewestForP99 : kFewestForMedian));
+    if (!doubted)
+      judge(check, std::abs(percent), green,
+            program::text("The %s of %s is %.1f ms simulated and %.1f ms recorded.", name_of_quantile,
+                          name.c_str(), simulated_value, recorded_value),
+            enough);
     return percent;
   };
-  const auto &of_recording = chain.recorded_ms, &of_simulation = chain.simulated_ms;
-  chain.median_error_percent = error("median", of_recording.p50, of_simulation.p50, kMedianError_percent);
-  chain.p99_error_percent = error("p99", of_recording.p99, of_simulation.p99, kP99Error_percent);
+  std::ranges::sort(simulated);
+  const auto [least, most] = std::minmax(
+      {of_simulation.p50, quantile(simulated, 0.5 - kMedianRank), quantile(simulated, 0.5 + kMedianRank)});
+  chain.median_error_percent = error_percent(of_recording.p50, of_simulation.p50);
+  chain.between_modes = most > (1 + kMedianError_percent / 100) * least;
+  error("median", of_recording.p50,
+        chain.between_modes ? std::clamp(of_recording.p50, least, most) : of_simulation.p50,
+        kMedianError_percent, recorded.size() >= kFewestForMedian);
+  chain.p99_error_percent =
+      error("p99", of_recording.p99, of_simulation.p99, kP99Error_percent, recorded.size() >= kFewestForP99);
 }
 
 }  // namespace

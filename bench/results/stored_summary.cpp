@@ -104,7 +104,7 @@ void for_each_record(const StoredRun& run, const std::function<void(const JobRow
   std::pair<std::string, std::uint32_t> last;
   for_each_record(in, run.tasks(), file, [&](const JobRow& row) {
     if (seen.empty() || row.repetition != last.second || row.executor != last.first) {
-      last = {row.executor, row.repetition};
+      last = std::pair(std::string(row.executor), row.repetition);
       if (!seen.insert(last).second) {
         throw InputError(
             file, static_cast<std::int64_t>(row.line),

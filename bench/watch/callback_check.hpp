@@ -97,7 +97,11 @@ class CallbackCheck {
     if (lossless_ && names_.kept()) judge_standing(until);
     judge_created_publishers(until);
     judge_running(until);
-    for (std::uint32_t entry = 0; lossless_ && entry < states_.size(); ++entry) judge_silence(entry, until);
+    // What else the end of a process explains comes after it.
+    const auto has_ended = [](const auto& process) { return process.second.ended.has_value(); };
+    const bool explained = std::ranges::any_of(processes_, has_ended);
+    for (std::uint32_t entry = 0; lossless_ && !explained && entry < states_.size(); ++entry)
+      judge_silence(entry, until);
   }
   void end() {
     ending_ = true;

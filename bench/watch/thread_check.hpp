@@ -113,7 +113,7 @@ class ThreadCheck {
   static constexpr Duration kSecond = std::chrono::seconds(1);
   /// A thread that waits as long in a second does not run.
   static constexpr Duration kStandstill = std::chrono::milliseconds(100);
-  /// For which a thread that could run is seen to run nothing: Linux counts what it runs at least once in a
+  /// For which a ready thread is seen to run nothing: Linux counts what it runs at least once in a
   /// second.
   static constexpr Duration kNoProgress = std::chrono::milliseconds(1500);
   /// Shorter waits are no circumstance.
@@ -185,14 +185,15 @@ class ThreadCheck {
       return;
     }
     state.stands = state.stands.value_or(*previous_);
-    if (state.stood || *at_ - *state.stands < kNoProgress) return;
+    if (state.stood || (now.state == kReady && *at_ - *state.stands < kNoProgress)) return;
     state.stood = true;
     judge_.incidents().add(
         {Role::standstill, *state.stands,
          state.owner->name + " thread " + now.name + " has run nothing for " +
              shown_ms(*at_ - *state.stands) + ", " +
              (now.state == kStopped ? "because it is stopped" : "although it is ready") +
-             throttling(!state.readings.empty() && now.throttled > state.readings.front().throttled),
+             throttling(!state.readings.empty() && now.throttled > state.readings.front().throttled,
+                        now.quota),
          nullptr, *state.stands, *at_});
   }
   /// Adds what the thread waited until now. The hypervisor's counter may grow late, or by more than
@@ -243,10 +244,12 @@ class ThreadCheck {
     return "thread " + state.before->name + " waited " + shown_ms(waited) + " of " +
            shown_ms(std::max(to.at - from.at, waited)) + " for a processor" +
            (withheld ? " (the hypervisor withheld it " + shown_ms(stolen) + ")" : "") +
-           throttling(to.throttled > from.throttled);
+           throttling(to.throttled > from.throttled, state.stands ? state.before->quota : "");
   }
-  [[nodiscard]] static std::string throttling(bool throttled) {
-    return throttled ? " (its control group was throttled)" : "";
+  /// Linux counts throttlings when they end: until then, only the quota can tell of one.
+  [[nodiscard]] static std::string throttling(bool throttled, const std::string& quota) {
+    if (throttled) return " (its control group was throttled)";
+    return quota.empty() ? "" : " (its control group may run " + quota + ")";
   }
 
   const tracing::System& system_;

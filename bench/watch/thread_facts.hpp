@@ -42,6 +42,7 @@ struct ThreadFacts {
   Duration stolen{};                 ///< Withheld by the hypervisor from that processor.
   std::uint64_t started = 0;         ///< Clock ticks since the boot: ids are used again.
   std::uint64_t throttled = 0;       ///< How often the control group of its process has been throttled.
+  std::string quota = {};            ///< Of that control group: `1.000 ms in 100.000 ms`; empty: none.
 
   [[nodiscard]] ThreadKey key() const { return {process, thread}; }
 };
@@ -78,19 +79,33 @@ struct ThreadReading {
   return true;
 }
 
-/// The file with the throttlings of a control group, from /proc/PID/cgroup, v1 or v2; empty: none.
-[[nodiscard]] inline std::string group_file(const std::string& cgroup) {
+/// The folder of a control group, from /proc/PID/cgroup, v1 or v2; empty: none.
+[[nodiscard]] inline std::string group_folder(const std::string& cgroup) {
   std::istringstream lines(cgroup);
-  std::string file;
+  std::string folder;
   for (std::string line; std::getline(lines, line);) {
     const std::size_t first = std::min(line.find(':'), line.size()), second = line.find(':', first + 1);
     if (second == std::string::npos) continue;
     const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
     const bool unified = controllers == ",,";
-    if (controllers.find(",cpu,") != std::string::npos || (unified && file.empty()))
-      file = (unified ? "/sys/fs/cgroup" : "/sys/fs/cgroup/cpu") + line.substr(second + 1) + "/cpu.stat";
+    if (controllers.find(",cpu,") != std::string::npos || (unified && folder.empty()))
+      folder = (unified ? "/sys/fs/cgroup" : "/sys/fs/cgroup/cpu") + line.substr(second + 1);
   }
-  return file;
+  return folder;
+}
+
+/// What a control group may run: of cpu.max (v2), or of two files (v1).
+[[nodiscard]] inline std::string quota_of(const std::string& folder) {
+  long quota_us = 0, period_us = 0;
+  if (std::ifstream unified(folder + "/cpu.max"); unified) {
+    unified >> quota_us >> period_us;
+  } else {
+    std::ifstream(folder + "/cpu.cfs_quota_us") >> quota_us;
+    std::ifstream(folder + "/cpu.cfs_period_us") >> period_us;
+  }
+  if (quota_us <= 0 || period_us <= 0) return "";
+  return program::text("%.3f ms in %.3f ms", static_cast<double>(quota_us) / 1000,
+                       static_cast<double>(period_us) / 1000);
 }
 
 /// Linux counts a wait when it ends. This adds that of a thread which could run, but runs nothing.
@@ -151,7 +166,7 @@ class ThreadReader {
 
  private:
   /// Between two searches for timer threads and threads that have ended.
-  static constexpr Duration kSearch = std::chrono::seconds(1);
+  static constexpr Duration kSearch = std::chrono::milliseconds(500);
   /// Between two readings of what the hypervisor withheld, as long as that is nothing. Otherwise each reading
   /// has to explain what happened since the one before.
   static constexpr Duration kStolen = std::chrono::milliseconds(100);
@@ -187,7 +202,8 @@ class ThreadReader {
     }
     for (const ThreadKey& thread : ended) waits_.forget(thread);
     for (const std::uint32_t process : processes) {
-      groups_[process] = group_file(content_of(program::concat("/proc/", process, "/cgroup")));
+      const std::string group = group_folder(content_of(program::concat("/proc/", process, "/cgroup")));
+      groups_[process] = {group + "/cpu.stat", quota_of(group)};
       for (const std::string& id : threads_of(process)) {
         const ThreadKey thread(process, std::atol(id.c_str()));
         const std::string name = machine::first_line(folder_of(thread) + "/comm");
@@ -217,7 +233,8 @@ class ThreadReader {
       facts.stolen = stolen->second;
     facts.waited = waits_.with(facts, reading.at);
     if (const auto group = groups_.find(thread.first); group != groups_.end()) {
-      std::ifstream values(group->second);
+      facts.quota = group->second.second;
+      std::ifstream values(group->second.first);
       std::string key;
       for (std::uint64_t value = 0; values >> key >> value;)
         if (key == "nr_throttled") facts.throttled = value;
@@ -230,7 +247,8 @@ class ThreadReader {
   const ThreadPolicy own_ = own_thread_policy();
   std::map<int, Duration> stolen_;  // by processor
   std::set<ThreadKey> timer_threads_;
-  std::map<std::uint32_t, std::string> groups_;  // by process: the file of its control group
+  /// By process, of its control group: the file with its throttlings, and its quota.
+  std::map<std::uint32_t, std::pair<std::string, std::string>> groups_;
 };
 
 }  // namespace hotpath::watch

@@ -163,7 +163,7 @@ class Check {
                 folder_ + "/analyze.txt");
     if (!simulated) return differ("hotpath rejects the deployment, see simulate.txt");
     const StoredRun stored = read_run(graph_, run);
-    learn_times(stored);
+    if (!learn_times(stored)) return;
     const std::vector<Bound> bounds = read_bounds(csv);
     counts_.of_threads += bounds.size();
     compare("threads", stored.at("threads"), bounds, deployment, conditions,
@@ -179,17 +179,24 @@ class Check {
     return rows;
   }
 
-  /// The execution times that hotpath drew: the same under every executor.
-  void learn_times(const StoredRun& stored) {
+  /// The execution times that hotpath drew: the same under every executor. Returns whether all that are new
+  /// are sure: a job within which another one starts may have been preempted.
+  bool learn_times(const StoredRun& stored) {
+    bool sure = true;
     for (const auto& [label, result] : stored) {
       for (const Job& job : result.jobs) {
         auto& times = times_[static_cast<std::size_t>(job.task)];
         if (job.outcome != Outcome::ran) continue;
         const auto index = static_cast<std::size_t>(job.sequence);
         if (times.size() <= index) times.resize(index + 1, -1);  // unknown
-        times[index] = std::max(times[index], job.finish - job.start);
+        if (times[index] >= 0) continue;
+        times[index] = job.finish - job.start;
+        sure = sure && std::ranges::none_of(result.jobs, [&](const Job& other) {
+                 return other.start > job.start && other.start < job.finish;
+               });
       }
     }
+    return sure;
   }
 
   Nanoseconds time(int task, std::int64_t sequence) const {

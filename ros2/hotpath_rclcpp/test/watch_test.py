@@ -77,7 +77,8 @@ FAULTS = {
     "slow": " perception.filter/points (has run for|ran) .*, budget 250.000 ms",
     "busy": " executor thread .* (waited|has run nothing for) .*",
     "policy": " executor thread .* has the policy fifo:1",
-    "throttled": r" executor thread .* (waited|has run nothing for) .* \(its control group was throttled\)",
+    "throttled": r" executor thread .* (waited|has run nothing for) .* \(its control group (was throttled|"
+    r"may run 1.000 ms in 1000.000 ms)\)",
     "stopped": " executor thread .* has run nothing for .*, because it is stopped",
     "destroy": " perception.sink/perception/objects has not run for .*, although samples were",
     "unserve": r" perception.sink/perception/list \(service\) got nothing for ",
