@@ -15,6 +15,9 @@ namespace hotpath::imports {
 
 namespace {
 
+/// Of the outputs on each side of a median that count as it: their share, and how many are compared.
+constexpr double kMedianRank = 0.02;
+constexpr int kRanks = 4;
 /// A deviation is red beyond this multiple of the green limit, in a quantile of so many outputs.
 constexpr double kRed = 3;
 constexpr std::size_t kFewestForMedian = 20, kFewestForP99 = 100;
@@ -89,39 +92,52 @@ void judge(SelfCheck& check, double deviation, double green, const std::string& 
   if (deviation > green) check.doubt(reason, red ? Light::red : Light::yellow);
 }
 
+/// Whether the median of each is an output near the median of the other: between two modes, few outputs
+/// decide.
+bool middles_agree(std::vector<double> recorded, std::vector<double> simulated) {
+  std::ranges::sort(recorded);
+  std::ranges::sort(simulated);
+  const auto at = [](const std::vector<double>& sorted, int rank) {
+    const double share = 0.5 + kMedianRank * rank / kRanks;
+    return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+  };
+  bool of_recording = false, of_simulation = false;
+  for (int r = -kRanks; r <= kRanks; ++r) {
+    of_recording |= std::abs(error_percent(at(recorded, 0), at(simulated, r))) <= kMedianError_percent;
+    of_simulation |= std::abs(error_percent(at(recorded, r), at(simulated, 0))) <= kMedianError_percent;
+  }
+  return of_recording && of_simulation;
+}
+
 void compare_latencies(SelfCheck& check, const std::string& name, const std::vector<double>& recorded,
-                       std::vector<double> simulated, bool doubted) {
+                       const std::vector<double>& simulated, bool doubted) {
   SelfCheck::ChainCheck& chain = check.chains.emplace_back();
   chain.chain = name;
-  chain.recorded_ms = validation::latency_quantiles(recorded);
-  chain.simulated_ms = validation::latency_quantiles(simulated);
+  const auto& of_recording = chain.recorded_ms = validation::latency_quantiles(recorded);
+  const auto& of_simulation = chain.simulated_ms = validation::latency_quantiles(simulated);
   if (recorded.empty() || simulated.empty()) {
     return check.doubt(
         program::concat("No output of ", name, recorded.empty() ? " was recorded" : " was simulated",
                         ": its latency cannot be compared."),
         recorded.empty() ? Light::yellow : Light::red);
   }
-  const auto &of_recording = chain.recorded_ms, &of_simulation = chain.simulated_ms;
-  const auto error = [&](const char* name_of_quantile, double recorded_value, double simulated_value,
-                         double green, bool enough) {
-    const double percent = error_percent(recorded_value, simulated_value);
-    if (!doubted)
-      judge(check, std::abs(percent), green,
-            program::text("The %s of %s is %.1f ms simulated and %.1f ms recorded.", name_of_quantile,
-                          name.c_str(), simulated_value, recorded_value),
-            enough);
-    return percent;
-  };
-  std::ranges::sort(simulated);
-  const auto [least, most] = std::minmax(
-      {of_simulation.p50, quantile(simulated, 0.5 - kMedianRank), quantile(simulated, 0.5 + kMedianRank)});
   chain.median_error_percent = error_percent(of_recording.p50, of_simulation.p50);
-  chain.between_modes = most > (1 + kMedianError_percent / 100) * least;
-  error("median", of_recording.p50,
-        chain.between_modes ? std::clamp(of_recording.p50, least, most) : of_simulation.p50,
-        kMedianError_percent, recorded.size() >= kFewestForMedian);
-  chain.p99_error_percent =
-      error("p99", of_recording.p99, of_simulation.p99, kP99Error_percent, recorded.size() >= kFewestForP99);
+  chain.p99_error_percent = error_percent(of_recording.p99, of_simulation.p99);
+  chain.between_modes = std::abs(chain.median_error_percent) > kMedianError_percent &&
+                        recorded.size() >= kFewestForMedian && middles_agree(recorded, simulated);
+  if (doubted) return;
+  const auto judge_error = [&](const char* quantile, double percent, double green, double simulated_value,
+                               double recorded_value, std::size_t fewest) {
+    judge(check, std::abs(percent), green,
+          program::text("The %s of %s is %.1f ms simulated and %.1f ms recorded.", quantile, name.c_str(),
+                        simulated_value, recorded_value),
+          recorded.size() >= fewest);
+  };
+  if (!chain.between_modes)
+    judge_error("median", chain.median_error_percent, kMedianError_percent, of_simulation.p50,
+                of_recording.p50, kFewestForMedian);
+  judge_error("p99", chain.p99_error_percent, kP99Error_percent, of_simulation.p99, of_recording.p99,
+              kFewestForP99);
 }
 
 }  // namespace

@@ -21,8 +21,7 @@ struct SelfCheck {
     std::string chain;
     validation::LatencyQuantiles recorded_ms, simulated_ms;
     double median_error_percent = kNoValue, p99_error_percent = kNoValue;  ///< Simulated to recorded.
-    /// The simulated ranks around the median (kMedianRank) differ by more than its limit: any of them counts
-    /// as the median, as few outputs decide which it is.
+    /// The medians differ, but each is among the outputs around the other.
     bool between_modes = false;
   };
   validation::ScheduleComparison schedule;
@@ -47,8 +46,6 @@ HOTPATH_FIELDS(SelfCheck::ChainCheck, chain, recorded_ms, simulated_ms, median_e
 /// Limits of green: the bar for a good prediction.
 inline constexpr double kMedianError_percent = 3, kP99Error_percent = 8, kLossError_points = 1,
                         kSimilarity = 0.8;
-/// Share of the outputs on each side of the median.
-inline constexpr double kMedianRank = 0.02;
 
 /// `recorded` is relative to its epoch and `tasks` have its phases. The simulation begins with the recorded
 /// executors; jobs and outputs whose timestamp lies before the epoch do not count. `doubted`: by chain, why

@@ -87,4 +87,20 @@ TEST_F(SelfCheckTest, AMedianOfFewOutputsIsNotRed) {
   }
 }
 
+TEST_F(SelfCheckTest, AMedianBetweenTwoModesIsAMatterOfFewOutputs) {
+  graph_.chains = {{"c", {"S", "C/S"}, {"S"}, "C/S"}};
+  tasks_ = make_tasks(graph_);
+  for (const int slow : {49, 51, 60}) {  // of 100; simulated, one half has 1 ms, the other 3
+    trace_.chains.clear();
+    for (int i = 0; i < 100; ++i)
+      trace_.chains.push_back({.sequence = static_cast<std::uint64_t>(i),
+                               .hot_path_latency = i < slow ? 3ms : 1ms,
+                               .sink = 1,
+                               .finish = Time{} + 1ms});
+    const imports::SelfCheck result = check();
+    EXPECT_EQ(result.chains.front().between_modes, slow != 60);
+    EXPECT_EQ(result.reasons.size(), slow == 60 ? 1 : 0) << slow << testing::PrintToString(result.reasons);
+  }
+}
+
 }  // namespace hotpath::self_check_test

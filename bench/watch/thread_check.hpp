@@ -94,7 +94,8 @@ class ThreadCheck {
     return known != states_.end() && known->second.stands.has_value();
   }
   /// How long threads waited, from the reading before the first instant to the one after the second, unless
-  /// that broke a term.
+  /// that broke a term. One that is long, and most of that time,
+  /// is more severe than what it explains.
   [[nodiscard]] std::vector<Fact> waits(Time since, Time until) const {
     std::vector<Fact> all;
     for (const auto& [key, state] : states_) {
@@ -103,8 +104,11 @@ class ThreadCheck {
       const auto to = std::ranges::lower_bound(from, state.readings.end(), until, {}, &Reading::at);
       if (from != state.readings.begin()) --from;
       const Reading& last = to == state.readings.end() ? state.readings.back() : *to;
-      if (last.waited + last.stolen - from->waited - from->stolen >= kShortestWait)
-        all.push_back({Role::circumstance, from->at, state.owner->name + " " + sentence(state, *from, last)});
+      const Duration waited = last.waited + last.stolen - from->waited - from->stolen;
+      if (waited >= kShortestWait)
+        all.push_back(
+            {waited < std::max(kStandstill, (last.at - from->at) / 2) ? Role::circumstance : Role::standstill,
+             from->at, state.owner->name + " " + sentence(state, *from, last)});
     }
     return all;
   }
