@@ -106,9 +106,9 @@ class ThreadCheck {
       const Reading& last = to == state.readings.end() ? state.readings.back() : *to;
       const Duration waited = last.waited + last.stolen - from->waited - from->stolen;
       if (waited >= kShortestWait)
-        all.push_back(
-            {waited < std::max(kStandstill, (last.at - from->at) / 2) ? Role::circumstance : Role::standstill,
-             from->at, state.owner->name + " " + sentence(state, *from, last)});
+        all.push_back({waited < std::max(kStandstill, (last.at - from->at) * 3 / 4) ? Role::circumstance
+                                                                                    : Role::standstill,
+                       from->at, state.owner->name + " " + sentence(state, *from, last)});
     }
     return all;
   }
