@@ -94,8 +94,7 @@ class ThreadCheck {
     return known != states_.end() && known->second.stands.has_value();
   }
   /// How long threads waited, from the reading before the first instant to the one after the second, unless
-  /// that broke a term. One that is long, and most of that time,
-  /// is more severe than what it explains.
+  /// that broke a term. A long one that takes three quarters of that time is more severe than a term.
   [[nodiscard]] std::vector<Fact> waits(Time since, Time until) const {
     std::vector<Fact> all;
     for (const auto& [key, state] : states_) {
@@ -117,8 +116,7 @@ class ThreadCheck {
   static constexpr Duration kSecond = std::chrono::seconds(1);
   /// A thread that waits as long in a second does not run.
   static constexpr Duration kStandstill = std::chrono::milliseconds(100);
-  /// For which a ready thread is seen to run nothing: Linux counts what it runs at least once in a
-  /// second.
+  /// For which a ready thread is seen to run nothing: Linux counts what it runs at least once in a second.
   static constexpr Duration kNoProgress = std::chrono::milliseconds(1500);
   /// Shorter waits are no circumstance.
   static constexpr Duration kShortestWait = std::chrono::microseconds(100);
