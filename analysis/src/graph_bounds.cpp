@@ -149,7 +149,7 @@ void bound_graph(const BoundedSystem& system, const GraphTopology& topology, con
                  GraphBounds& out) {
   const std::int64_t wait = service_wait(system);
   if (wait == 0 || system.platform.delivery_delay > Duration{}) return bound_graph(topology, paths, out);
-  bound_graph(topology, ServicePaths(topology, paths, overheads_of(system, true), wait), out);
+  bound_graph(topology, *service_paths(topology, paths, overheads_of(system, true), wait), out);
 }
 
 /// Every subscription before every timer; timers in any order.
@@ -234,11 +234,12 @@ const std::array kMethods = {
     Method{"processing windows", kGraphs | bits({A::polling, A::delivery_delay, A::release_jitter}),
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
-             const ProcessingWindows windows(topology, s.scheduling.entity_order, overheads_of(s, false));
+             const auto windows =
+                 processing_windows(topology, s.scheduling.entity_order, overheads_of(s, false));
              const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads_of(s, true));
              // With jitter one window may call a timer twice.
              if (largest_jitter(s.graph.set) > 0) return bound_graph(topology, in_any_order, out);
-             bound_graph(topology, TighterPaths(windows, in_any_order), out);
+             bound_graph(topology, TighterPaths(*windows, in_any_order), out);
            }},
     Method{"busy windows by deadline",
            kGraphs | bits({A::deadlines, A::ties_by_activation, A::release_jitter, A::service_wait}),

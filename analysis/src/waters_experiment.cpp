@@ -37,6 +37,12 @@ std::int64_t end_to_end(WatersMethod method, const PeriodicTasks& tasks, const P
   return 0;
 }
 
+PeriodicTasks with_phases(PeriodicTasks tasks, RandomStream random) {
+  for (PeriodicTask& t : tasks)
+    t.phase = static_cast<std::int64_t>(random.below(static_cast<std::uint64_t>(t.period)));
+  return tasks;
+}
+
 /// Analyses one task set.
 WatersResult evaluate(const WatersOptions& options, std::uint32_t level, std::uint32_t index) {
   // Seeded by the utilisation, not its position, so that a level's sets do not depend on the other
@@ -55,8 +61,8 @@ WatersResult evaluate(const WatersOptions& options, std::uint32_t level, std::ui
   WatersSet& set = one.sets.front();
   const ResponseTimes theorem1 = brueggen_2015(tasks);
   set.schedulable_brueggen = schedulable(tasks, theorem1);
-  const bool needs_davis = std::any_of(options.methods.begin(), options.methods.end(),
-                                       [](WatersMethod m) { return m != WatersMethod::brueggen_davare; });
+  const bool needs_davis =
+      std::ranges::any_of(options.methods, [](auto m) { return m != WatersMethod::brueggen_davare; });
   ResponseTimes exact_times;
   if (needs_davis) {
     exact_times = davis_2007(tasks);
@@ -64,15 +70,7 @@ WatersResult evaluate(const WatersOptions& options, std::uint32_t level, std::ui
   }
   if (!set.schedulable_brueggen && !set.schedulable_davis) return one;
 
-  PeriodicTasks phased;
-  if (std::find(options.methods.begin(), options.methods.end(), WatersMethod::davis_guenzel) !=
-      options.methods.end()) {
-    phased = tasks;
-    RandomStream phases(options.seed, {place, index, kPhases});
-    for (PeriodicTask& t : phased) {
-      t.phase = static_cast<std::int64_t>(phases.below(static_cast<std::uint64_t>(t.period)));
-    }
-  }
+  const PeriodicTasks phased = with_phases(tasks, RandomStream(options.seed, {place, index, kPhases}));
   const std::vector<std::int64_t> latency = teper_2024_timers(tasks);
   one.rows.reserve(chains.size());
   for (std::size_t c = 0; c < chains.size(); ++c) {

@@ -40,11 +40,11 @@ TEST(ProcessingWindows, ASampleThatIsDeliveredLateMayMissAWindow) {
   graph.every.assign(2, 1);
   const GraphTopology topology(graph);
   GraphOverheads overheads;
-  EXPECT_EQ(ProcessingWindows(topology, {}, overheads).response(1), 3 + 2 + 3);
+  EXPECT_EQ(processing_windows(topology, {}, overheads)->response(1), 3 + 2 + 3);
   overheads.delivery = 100;
-  EXPECT_EQ(ProcessingWindows(topology, {}, overheads).response(1), 100 + 5 + 2 + 3);
+  EXPECT_EQ(processing_windows(topology, {}, overheads)->response(1), 100 + 5 + 2 + 3);
   overheads.wait = 1;  // before a window, and behind the decision for the timer
-  EXPECT_EQ(ProcessingWindows(topology, {}, overheads).until_finish(0, 0), 1 + 5 + 2 + 1);
+  EXPECT_EQ(processing_windows(topology, {}, overheads)->until_finish(0, 0), 1 + 5 + 2 + 1);
 }
 
 TEST(SectionVIIB, NormalisedReductionOfThePaperArtifact) {

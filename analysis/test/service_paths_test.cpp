@@ -55,18 +55,18 @@ TEST(ServicePaths, EachServiceOfManyPathsIsVisitedOnce) {
   const CallbackGraph graph = diamonds();
   const GraphTopology topology(graph);
   const TimersOnly timers;
-  const ServicePaths paths(topology, timers, {}, kWait);
+  const auto paths = service_paths(topology, timers, {}, kWait);
   // Each layer adds one delay and one job, on whatever path.
   std::int64_t before = kTimerEnd, layer = 0;
   for (TaskId id = 1; id < graph.set.size(); id += 2) {
-    const auto a = paths.until_finish(0, id), b = paths.until_finish(0, id + 1);
+    const auto a = paths->until_finish(0, id), b = paths->until_finish(0, id + 1);
     ASSERT_TRUE(a && b);
     EXPECT_EQ(*a, *b);
     if (id > 1) {
       EXPECT_EQ(*a - before, layer);
     }
     layer = *a - before;
-    EXPECT_EQ(paths.response(id), layer);
+    EXPECT_EQ(paths->response(id), layer);
     before = *a;
   }
   EXPECT_GT(layer, kWait);

@@ -20,7 +20,7 @@ namespace hotpath {
 }
 
 /// Coordinates of a state's zone. Those that mean nothing in a state are 0 there.
-enum Coordinate : std::size_t {
+enum : std::size_t {
   kConstant,
   kNow,      ///< The instant at hand.
   kEnd,      ///< Of the executor thread's step, or of its sleep.

@@ -50,7 +50,7 @@ Made make_multi_jazzy(const TaskSet& set, const Options& options) {
 
 template <Requeue requeue>
 Made make_cbg(const TaskSet& set, const Options& options) {
-  return std::make_unique<CallbackGroupScheduler>(set, multi_workers(options, kMaxWorkers - 1), requeue);
+  return make_callback_group_scheduler(set, multi_workers(options, kMaxWorkers - 1), requeue);
 }
 
 Made make_stock_ro(const TaskSet& set, const Options& options) {

@@ -48,6 +48,22 @@ std::uint32_t depth(const rclcpp::QoS& qos) {
   return static_cast<std::uint32_t>(std::clamp<std::size_t>(profile.depth, 1, kMostDepth));
 }
 
+/// `reader`: a subscription or the waitable of one.
+void describe_topic(Entry& entry, const auto& reader) {
+  entry.topic = reader.get_topic_name();
+  entry.id += "@Subscription(" + entry.topic + ")";
+  entry.task.depth = depth(reader.get_actual_qos());
+  entry.task.service = entry.topic == kParameterEvents;
+}
+
+void describe_timer(Entry& entry, const rclcpp::TimerBase& timer) {
+  entry.handle = timer.get_timer_handle().get();
+  std::int64_t period = 0;
+  if (rcl_timer_get_period(timer.get_timer_handle().get(), &period) != RCL_RET_OK) rcl_reset_error();
+  entry.id += "@Timer(" + std::to_string(period) + ")";
+  entry.task.period = Duration(period);
+}
+
 std::string quoted(const versions::NodeBase& node) {
   return "'" + std::string(node.get_fully_qualified_name()) + "'";
 }
@@ -217,13 +233,8 @@ void Entities::collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& foun
       [&](const rclcpp::SubscriptionBase::SharedPtr& s) {
         add(EntryKind::subscription, s, [&](Entry& e) {
           e.handle = s->get_subscription_handle().get();
-          e.topic = s->get_topic_name();
-          e.id += "@Subscription(" + e.topic + ")";
-          e.task.depth = depth(s->get_actual_qos());
-          e.task.service = e.topic == kParameterEvents;
-          if (const auto waitable = s->get_intra_process_waitable()) {
-            subscription_of[waitable] = s;
-          }
+          describe_topic(e, *s);
+          if (const auto waitable = s->get_intra_process_waitable()) subscription_of[waitable] = s;
         });
       },
       [&](const rclcpp::ServiceBase::SharedPtr& s) {
@@ -239,13 +250,7 @@ void Entities::collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& foun
         });
       },
       [&](const rclcpp::TimerBase::SharedPtr& t) {
-        add(EntryKind::timer, t, [&](Entry& e) {
-          e.handle = t->get_timer_handle().get();
-          std::int64_t period = 0;
-          if (rcl_timer_get_period(t->get_timer_handle().get(), &period) != RCL_RET_OK) rcl_reset_error();
-          e.id += "@Timer(" + std::to_string(period) + ")";
-          e.task.period = Duration(period);
-        });
+        add(EntryKind::timer, t, [&](Entry& e) { describe_timer(e, *t); });
       },
       [&](const rclcpp::Waitable::SharedPtr& w) {
         add(EntryKind::waitable, w, [&](Entry& e) {
@@ -255,10 +260,7 @@ void Entities::collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& foun
             e.id += "@Waitable";
             return;
           }
-          e.topic = intra_process->get_topic_name();
-          e.id += "@Subscription(" + e.topic + ")";
-          e.task.depth = depth(intra_process->get_actual_qos());
-          e.task.service = e.topic == kParameterEvents;
+          describe_topic(e, *intra_process);
           const auto s = subscription_of.find(Handle(w));
           if (s == subscription_of.end()) return;
           e.stands_for = s->second;
@@ -306,6 +308,22 @@ void Entities::let_go() {
   }
 }
 
+void Entities::listen_to_jumps(const rclcpp::Clock::SharedPtr& clock, const std::shared_ptr<Entry>& entry) {
+  if (clock->get_clock_type() != RCL_ROS_TIME) return;
+  rcl_jump_threshold_t any{};
+  any.on_clock_change = true;
+  any.min_forward.nanoseconds = 1;
+  any.min_backward.nanoseconds = -1;
+  entry->jumps = clock->create_jump_callback(
+      [] {},
+      [driver = driver_, weak = std::weak_ptr<Entry>(entry)](const rcl_time_jump_t& jump) {
+        const bool changed =
+            jump.clock_change == RCL_ROS_TIME_ACTIVATED || jump.clock_change == RCL_ROS_TIME_DEACTIVATED;
+        if (const auto e = weak.lock()) driver->time_jumped(e, changed);
+      },
+      any);
+}
+
 void Entities::listen(const std::shared_ptr<Entry>& entry) {
   driver_->join(entry);
   if (entry->kind != EntryKind::timer) {
@@ -319,21 +337,7 @@ void Entities::listen(const std::shared_ptr<Entry>& entry) {
       case EntryKind::timer: {
         const auto timer = lock<rclcpp::TimerBase>(*entry);
         versions::on_reset(*timer, [driver = driver_, entry](std::size_t) { driver->timer_reset(entry); });
-        const auto clock = versions::clock_of(*timer);
-        if (clock->get_clock_type() != RCL_ROS_TIME) return;
-        rcl_jump_threshold_t any{};
-        any.on_clock_change = true;
-        any.min_forward.nanoseconds = 1;
-        any.min_backward.nanoseconds = -1;
-        entry->jumps = clock->create_jump_callback(
-            [] {},
-            [driver = driver_, weak = std::weak_ptr<Entry>(entry)](const rcl_time_jump_t& jump) {
-              const bool changed = jump.clock_change == RCL_ROS_TIME_ACTIVATED ||
-                                   jump.clock_change == RCL_ROS_TIME_DEACTIVATED;
-              if (const auto e = weak.lock()) driver->time_jumped(e, changed);
-            },
-            any);
-        return;
+        return listen_to_jumps(versions::clock_of(*timer), entry);
       }
       case EntryKind::subscription:
         entry->messages = std::make_unique<MessageCallback>(lock<rclcpp::SubscriptionBase>(*entry), arrived);

@@ -54,6 +54,7 @@ class Entities {
   void collect_groups();
   void collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& found);
   void listen(const std::shared_ptr<Entry>& entry);
+  void listen_to_jumps(const rclcpp::Clock::SharedPtr& clock, const std::shared_ptr<Entry>& entry);
   void ignore(const std::shared_ptr<Entry>& entry);
 
   const std::shared_ptr<ExecutorDriver> driver_;

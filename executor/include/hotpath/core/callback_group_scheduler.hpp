@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
-#include <vector>
+#include <cstdint>
+#include <memory>
 
-#include "hotpath/core/events_queue.hpp"
-#include "hotpath/core/explored_scheduler.hpp"
-#include "hotpath/core/timers_manager.hpp"
+#include "hotpath/core/scheduler.hpp"
 
 namespace hotpath {
 
@@ -30,61 +28,8 @@ enum class Requeue : std::uint8_t {
 /// a late timer, when its job starts, and returns to the timer manager when the job has finished. A
 /// subscription has one event per arrived sample; the event takes the oldest unread sample, or
 /// nothing.
-class CallbackGroupScheduler final : public ExploredScheduler {
- public:
-  /// `workers` in [1, kMaxWorkers - 1] run events; one more manages the timers.
-  CallbackGroupScheduler(const TaskSet& set, unsigned workers, Requeue requeue = Requeue::at_end);
-
-  void begin(Time epoch) override { timers_.begin(set_, epoch); }
-  Effect release_timers(Worker worker, Time now) override;
-  Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) override {
-    Arrival arrival;
-    arrival.overwritten = add_unread(task, sample);
-    arrival.wake = add_event(task, now);
-    return arrival;
-  }
-  Decision decide(Worker worker, Time now) override;
-  Effect finished(Worker worker, const Job& job, Time now) override;
-  Joined add_task(const JoiningTask& joining, Time now) override;
-  void remove_task(TaskId task, Time now, const Visitor& dropped) override;
-  [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
-    return std::make_unique<CallbackGroupScheduler>(*this);
-  }
-  void describe(StateWords& words) const override;
-  [[nodiscard]] std::span<const Timer> timers() const override { return timers_.timers(); }
-  void release_at(TaskId timer, Time due) override { timers_.release_at(timer, due); }
-  void released_by(Time now) override { timers_.released_by(now); }
-
- private:
-  struct Group {
-    SimpleEventsQueue events{16};
-    bool idle = true;  ///< An event makes it ready: it is not, and no job ended after the last event.
-  };
-
-  [[nodiscard]] Worker timer_manager() const { return static_cast<Worker>(workers().size() - 1); }
-  /// Queues an event of `task`; returns the worker to wake, if any.
-  WorkerSet add_event(TaskId task, Time now);
-  WorkerSet queue_group(std::uint32_t group) {
-    ready_groups_.push_back(group);
-    return wake_one();
-  }
-  /// The worker to wake for a ready group, if any.
-  WorkerSet wake_one() {
-    if (idle_.empty() || woken_) return {};
-    const Worker worker = idle_.pop_first();
-    if (requeue_ == Requeue::at_dispatch) woken_ = worker;
-    return WorkerSet::of(worker);
-  }
-  [[nodiscard]] Job take(const Job& event, Time now);
-  /// Removes the event that runs next from its group, and the group from the ready groups.
-  [[nodiscard]] std::optional<Job> next_event();
-
-  const Requeue requeue_;
-  TimersManager timers_;
-  std::vector<Group> groups_;
-  std::vector<std::uint32_t> ready_groups_;  // in the order in which workers take them; each at most once
-  WorkerSet idle_;                           // found nothing to run and have not been woken since
-  std::optional<Worker> woken_;              // Requeue::at_dispatch: has not looked for a group yet
-};
+/// `workers` in [1, kMaxWorkers - 1] run events; one more manages the timers.
+[[nodiscard]] std::unique_ptr<Scheduler> make_callback_group_scheduler(const TaskSet& set, unsigned workers,
+                                                                       Requeue requeue);
 
 }  // namespace hotpath
