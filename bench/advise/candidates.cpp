@@ -6,7 +6,7 @@
 #include <set>
 
 #include "hotpath/reference_system/chain_observation.hpp"
-#include "hotpath/reference_system/graph_chains.hpp"
+#include "hotpath/reference_system/graph.hpp"
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
 #include "program/output_target.hpp"

@@ -5,7 +5,7 @@
 #include "commands/option_helpers.hpp"
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
-#include "hotpath/reference_system/graph_picture.hpp"
+#include "hotpath/reference_system/graph_layout.hpp"
 #include "program/errors.hpp"
 #include "program/shown_text.hpp"
 #include "program/text.hpp"

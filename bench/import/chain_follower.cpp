@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "hotpath/reference_system/chain_observation.hpp"
-#include "hotpath/reference_system/graph_chains.hpp"
+#include "hotpath/reference_system/graph.hpp"
 #include "import/recorded_window.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"

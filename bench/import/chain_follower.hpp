@@ -10,9 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "hotpath/reference_system/chain_lanes.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
-#include "hotpath/reference_system/simulated_message.hpp"
+#include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/tracing/system.hpp"
 
 namespace hotpath::imports {

@@ -10,7 +10,7 @@
 #include "hotpath/fastdds/options.hpp"
 #include "hotpath/reference_system/graph.hpp"
 #include "hotpath/reference_system/live_system.hpp"
-#include "hotpath/reference_system/number_cruncher.hpp"
+#include "hotpath/reference_system/work.hpp"
 #include "machine/machine.hpp"
 #include "program/json_record.hpp"
 #include "results/process_usage.hpp"

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <set>
 
-#include "hotpath/reference_system/graph_chains.hpp"
+#include "hotpath/reference_system/graph.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/text.hpp"
 #include "results/kept_inputs.hpp"

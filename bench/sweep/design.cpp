@@ -6,7 +6,6 @@
 
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
-#include "hotpath/reference_system/yaml_value.hpp"
 #include "program/hash.hpp"
 #include "program/text.hpp"
 

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "explained.hpp"
-#include "hotpath/reference_system/graph_chains.hpp"
+#include "hotpath/reference_system/graph.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "random_graphs.hpp"
 #include "reference_nodes.hpp"

@@ -8,9 +8,7 @@
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/deployment.hpp"
-#include "hotpath/reference_system/graph_text.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
-#include "hotpath/reference_system/yaml_value.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::watch {

@@ -5,6 +5,109 @@
 
 namespace hotpath {
 
+namespace {
+
+using Edges = std::vector<std::pair<TaskId, TaskId>>;  // sorted
+
+constexpr std::size_t kFar = ~std::size_t{0};
+
+/// By task: the least number of edges from one of the tasks `from`; kFar: there is no way.
+std::vector<std::size_t> distances(const std::vector<std::vector<TaskId>>& next,
+                                   const std::vector<TaskId>& from) {
+  std::vector<std::size_t> distance(next.size(), kFar);
+  std::vector<TaskId> reached = from;
+  for (const TaskId id : from) distance[id] = 0;
+  for (std::size_t i = 0; i < reached.size(); ++i) {
+    for (const TaskId id : next[reached[i]]) {
+      if (distance[id] != kFar) continue;
+      distance[id] = distance[reached[i]] + 1;
+      reached.push_back(id);
+    }
+  }
+  return distance;
+}
+
+using Next = std::vector<std::vector<TaskId>>;
+
+/// By task: the tasks whose messages have the data of its messages: the subscriptions that take them,
+/// and callbacks of their nodes that use what those store.
+Next next_of(const GraphTasks& tasks) {
+  Next merged(tasks.set.size()), next(tasks.set.size());
+  for (TaskId id = 0; id < next.size(); ++id) {
+    merged[id].push_back(id);
+    const std::vector<TaskId> all = tasks.downstream(id);  // first those that it feeds itself
+    merged[id].insert(merged[id].end(), all.begin() + static_cast<std::ptrdiff_t>(tasks.set[id].feeds.size()),
+                      all.end());
+  }
+  for (TaskId id = 0; id < next.size(); ++id)
+    for (const TaskId reader : tasks.set[id].feeds)
+      next[id].insert(next[id].end(), merged[reader].begin(), merged[reader].end());
+  return next;
+}
+
+/// The edges along which the data of the chain's sources counts.
+Edges edges_of(const ChainIndex& chain, const Next& next) {
+  const std::vector<std::size_t> distance = distances(next, chain.sources);
+  Edges edges;
+  for (TaskId from = 0; from < next.size(); ++from) {
+    if (distance[from] == kFar) continue;
+    for (const TaskId to : next[from]) {
+      const bool feedback = distance[to] <= distance[from] && distances(next, {to})[from] != kFar;
+      if (!feedback) edges.emplace_back(from, to);
+    }
+  }
+  std::ranges::sort(edges);
+  return edges;
+}
+
+}  // namespace
+
+ChainLanes::ChainLanes(const Graph& graph, const GraphTasks& tasks)
+    : ChainLanes(index_chains(graph, tasks), next_of(tasks)) {}
+
+ChainLanes::ChainLanes(const std::vector<ChainIndex>& chains, const Next& next) : begins_(next.size()) {
+  Next before(next.size());
+  for (TaskId id = 0; id < next.size(); ++id)
+    for (const TaskId to : next[id]) before[to].push_back(id);
+  for (std::uint32_t c = 0; c < chains.size(); ++c) {
+    const ChainIndex& chain = chains[c];
+    Edges edges = edges_of(chain, next);
+    const std::vector<std::size_t> to_sink = distances(before, chain.sink_tasks);
+    bool has_lanes = false;
+    for (std::size_t s = 0; s < chain.sources.size(); ++s) {
+      const std::vector<std::size_t> reached = distances(next, {chain.sources[s]});
+      bool other_way = false;
+      for (TaskId from = 0; from < next.size() && !other_way; ++from) {
+        other_way = reached[from] != kFar && std::ranges::any_of(next[from], [&](TaskId to) {
+                      return to_sink[to] != kFar && !std::ranges::binary_search(edges, std::pair(from, to));
+                    });
+      }
+      if (!other_way) continue;
+      has_lanes = true;
+      begins_[chain.sources[s]].push_back(kLane | static_cast<TaskId>(lanes_.size()));
+      lanes_.push_back({c, s, chain.sources[s], static_cast<std::uint32_t>(edges_.size())});
+    }
+    if (!has_lanes) continue;
+    edges_.push_back(std::move(edges));
+  }
+}
+
+TaskId ChainLanes::entry(std::uint32_t chain, std::size_t source, TaskId task) const {
+  const auto lane = std::ranges::find_if(
+      lanes_, [&](const Lane& l) { return l.chain == chain && l.source_index == source; });
+  return lane == lanes_.end() ? task : kLane | static_cast<TaskId>(lane - lanes_.begin());
+}
+
+std::span<const TaskId> ChainLanes::begins(TaskId task) const {
+  return task < begins_.size() ? std::span<const TaskId>(begins_[task]) : std::span<const TaskId>();
+}
+
+bool ChainLanes::keeps(TaskId entry, TaskId from, TaskId to) const {
+  const std::size_t number = entry & ~kLane;
+  if (number >= lanes_.size()) return false;  // of a message that is not of this graph
+  return std::ranges::binary_search(edges_[lanes_[number].edges], std::pair(from, to));
+}
+
 std::vector<TaskId> tasks_named(const Graph& graph, const GraphTasks& tasks, const std::string& name) {
   std::vector<TaskId> named;
   for (TaskId id = 0; id < tasks.set.size(); ++id) {

@@ -10,7 +10,6 @@
 #include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
-#include "hotpath/reference_system/yaml_value.hpp"
 
 namespace hotpath {
 

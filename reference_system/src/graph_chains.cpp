@@ -1,20 +1,194 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/reference_system/graph_chains.hpp"
-
+// Chains of a graph file, and chains found in a graph.
 #include <algorithm>
 #include <functional>
 #include <map>
 #include <numeric>
 #include <optional>
 
+#include "graph_source.hpp"
+#include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 
 namespace hotpath {
 
 namespace {
 
-/// The tasks that a task's data reaches next. Includes other tasks of its node only if they lead
-/// further than the task itself: not the other inputs of a fusion.
+/// A name in the file, and its line.
+struct Word {
+  std::string text;
+  int line = 0;
+};
+using Words = std::vector<Word>;
+
+Words words_of(const GraphMap& map, const std::string& key, const std::string& item) {
+  Words words;
+  for (const YamlValue& value : map.needed(key).list(item)) words.push_back({value.text(), value.line()});
+  return words;
+}
+
+std::vector<std::string> texts_of(const Words& words) {
+  std::vector<std::string> texts;
+  for (const Word& word : words) texts.push_back(word.text);
+  return texts;
+}
+
+/// Reads and checks one chain of a graph file.
+class ChainReader {
+ public:
+  ChainReader(const YamlValue& value, const GraphTasks& tasks, const Graph& graph)
+      : graph_(graph), tasks_(tasks), map_(value, "a chain", KeysOf::chain) {
+    map_.check();
+    map_.read("name", chain_.name);
+    map_.set_what(subject_ += chain_.name);
+  }
+
+  Chain read() {
+    nodes_ = words_of(map_, "nodes", "a node of " + subject_);
+    if (map_.find("sources")) sources_ = words_of(map_, "sources", "a source of " + subject_);
+    sink_.line = map_.line();
+    if (map_.read("sink", sink_.text)) sink_.line = map_.find("sink")->line();
+    if (std::ranges::count(graph_.chains, chain_.name, &Chain::name) > 0)
+      map_.fail("there are two chains " + chain_.name, "rename one");
+    for (std::size_t place = 0; place < nodes_.size(); ++place) {
+      const auto& [name, line] = nodes_[place];
+      for (const TaskId id : tasks_of(nodes_[place]))
+        if (!members_.emplace(id, place).second)
+          fail(line, subject_ + " lists node " + name + " twice", "list each node once");
+    }
+    if (sources_.empty() || sink_.text.empty()) complete();
+    check_sink();
+    if (sources_.size() > kMaxSources)
+      fail(sources_[kMaxSources].line, subject_ + " has " + std::to_string(sources_.size()) + " sources",
+           "list at most " + std::to_string(kMaxSources));
+    for (const Word& source : sources_) check_source(source);
+    chain_.nodes = texts_of(nodes_);
+    std::ranges::stable_sort(chain_.nodes, {}, [&](const std::string& name) { return graph_.find(name); });
+    chain_.sources = texts_of(sources_);
+    chain_.sink = sink_.text;
+    return std::move(chain_);
+  }
+
+ private:
+  [[noreturn]] void fail(int line, const std::string& problem, const std::string& remedy) const {
+    map_.fail(problem, remedy, line);
+  }
+
+  std::vector<TaskId> tasks_of(const Word& word) const {
+    std::vector<TaskId> named = tasks_named(graph_, tasks_, word.text);
+    if (!named.empty()) return named;
+    std::vector<std::string> names = graph_.node_names();
+    for (const Task& task : tasks_.set.tasks)
+      if (graph_.find(task.name)->type == NodeType::callbacks) names.push_back(task.name);
+    fail(word.line, subject_ + " visits unknown node " + word.text, suggest(word.text, names));
+  }
+
+  /// The tasks of a source or sink.
+  std::vector<TaskId> member_tasks(const Word& word) const {
+    std::vector<TaskId> named = tasks_of(word);
+    if (std::ranges::count(nodes_, word.text, &Word::text) == 0)
+      fail(word.line, "node " + word.text + " is missing in `nodes` of " + subject_, "list it there");
+    return named;
+  }
+
+  /// Without `sink`, a chain ends in the node that feeds no other one of it;
+  /// without `sources`, it begins in those that no other one feeds.
+  void complete() {
+    std::vector<bool> is_fed(nodes_.size()), feeds(nodes_.size());
+    for (const auto& [id, place] : members_) {
+      for (const TaskId next : tasks_.downstream(id)) {
+        const auto to = members_.find(next);
+        if (to != members_.end() && to->second != place) feeds[place] = is_fed[to->second] = true;
+      }
+    }
+    Words first, last;
+    for (std::size_t place = 0; place < nodes_.size(); ++place) {
+      if (!is_fed[place] && place > 0) check_gap(place);
+      if (!is_fed[place]) first.push_back({nodes_[place].text, map_.line()});
+      if (!feeds[place]) last.push_back({nodes_[place].text, map_.line()});
+    }
+    if (sink_.text.empty() && last.size() != 1)
+      map_.fail(subject_ + " has no `sink`, and ends in " +
+                    (last.empty() ? "a cycle" : joined(texts_of(last), " and ")),
+                "add `sink: " + (last.empty() ? nodes_ : last).front().text + "`, or another node");
+    if (sources_.empty() && first.empty())
+      map_.fail(subject_ + " has no `sources`, and begins in a cycle",
+                "add `sources: [" + nodes_.front().text + "]`, or other nodes");
+    if (sink_.text.empty()) sink_.text = last.front().text;
+    if (sources_.empty()) sources_ = first;
+  }
+
+  /// Refuses a node that no other node of the chain feeds, unless data begins
+  /// there.
+  void check_gap(std::size_t place) const {
+    const auto& [name, line] = nodes_[place];
+    const std::string& before = nodes_[place - 1].text;
+    for (const auto& [id, of] : members_)
+      if (of == place && (tasks_.set[id].kind == TaskKind::timer || tasks_.set[id].name == name)) return;
+    fail(line, subject_ + " has a gap before " + name + ": none of its nodes feeds it",
+         "list the nodes from " + before + " to " + name + ", or what else feeds it");
+  }
+
+  void check_sink() {
+    sink_tasks_ = member_tasks(sink_);
+    if (std::ranges::all_of(sink_tasks_, [&](TaskId id) { return tasks_.callbacks[id].stores_only; }))
+      fail(sink_.line,
+           "sink " + sink_.text + " of " + subject_ + " only stores its samples for other callbacks",
+           "name the node, or the task that publishes them");
+  }
+
+  void check_source(const Word& source) const {
+    const TaskId start = start_of(source);
+    // The members to which data flows through members only.
+    std::vector<TaskId> reached = {start};
+    std::map<TaskId, std::size_t> left = members_;
+    left.erase(start);
+    for (std::size_t i = 0; i < reached.size(); ++i) {
+      for (const TaskId next : tasks_.downstream(reached[i]))
+        if (left.erase(next) > 0) reached.push_back(next);
+    }
+    if (std::ranges::find_first_of(reached, sink_tasks_) == reached.end())
+      fail(source.line,
+           "sink " + sink_.text + " of " + subject_ + " cannot be reached from source " + source.text +
+               " along its nodes: they end at " + graph_.nodes[tasks_.origin[reached.back()].node].name,
+           "list all nodes between them in `nodes`, or choose another sink");
+    if (tasks_.downstream(start).size() > tasks_.set[start].feeds.size())
+      fail(source.line,
+           "source " + source.text + " of " + subject_ +
+               " stores samples for messages that name only the job that "
+               "publishes them",
+           "begin with the node that publishes its topic");
+  }
+
+  /// The task where the data of a chain begins: the only timer, or the named
+  /// task.
+  TaskId start_of(const Word& source) const {
+    std::vector<TaskId> tasks = member_tasks(source);
+    if (tasks.size() == 1 && source.text == tasks_.set[tasks.front()].name) return tasks.front();
+    std::erase_if(tasks, [&](TaskId id) { return tasks_.set[id].kind != TaskKind::timer; });
+    if (tasks.size() == 1) return tasks.front();
+    const std::string subject = "source " + source.text + " of " + subject_;
+    if (tasks.empty())
+      fail(source.line, subject + " has no timer", "data begins at a sensor or a cyclic node");
+    fail(source.line, subject + " has " + std::to_string(tasks.size()) + " timers",
+         "name the task in which data begins, such as " + tasks_.set[tasks.front()].name +
+             ", as a source and among `nodes`");
+  }
+
+  const Graph& graph_;
+  const GraphTasks& tasks_;
+  GraphMap map_;
+  std::string subject_ = "chain ";
+  Chain chain_;
+  Words nodes_, sources_;
+  Word sink_;
+  std::map<TaskId, std::size_t> members_;  // tasks, and the places of their nodes
+  std::vector<TaskId> sink_tasks_;
+};
+
+/// The tasks that a task's data reaches next. Includes other tasks of its node
+/// only if they lead further than the task itself: not the other inputs of a
+/// fusion.
 std::vector<TaskId> next_of(const GraphTasks& tasks, TaskId id) {
   const std::vector<TaskId>& own = tasks.set[id].feeds;
   std::vector<TaskId> next = tasks.downstream(id);
@@ -36,7 +210,8 @@ struct Path {
   }
 };
 
-/// The largest paths from one timer, over the graph without the edges that close cycles.
+/// The largest paths from one timer, over the graph without the edges that
+/// close cycles.
 std::vector<Path> largest_paths(const GraphTasks& tasks, const std::vector<std::vector<TaskId>>& downstream,
                                 TaskId timer) {
   enum class State : std::uint8_t { unseen, open, done };
@@ -87,6 +262,10 @@ Chain chain_along(const Graph& graph, const GraphTasks& tasks, const Path& path,
 
 }  // namespace
 
+void read_chain(const YamlValue& value, const GraphTasks& tasks, Graph& graph) {
+  graph.chains.push_back(ChainReader(value, tasks, graph).read());
+}
+
 std::vector<Chain> find_chains(const Graph& graph, const GraphTasks& tasks, std::size_t most) {
   std::vector<std::vector<TaskId>> downstream;
   for (TaskId id = 0; id < tasks.set.size(); ++id) downstream.push_back(next_of(tasks, id));
@@ -118,8 +297,8 @@ ChainLimits chain_limits(const Graph& graph, const Chain& chain) {
       return std::ranges::find_first_of(next, members[to]) != next.end();
     });
   };
-  // A chain has no cycle: a node's longest branch is its own work plus that of its longest
-  // predecessor.
+  // A chain has no cycle: a node's longest branch is its own work plus that of
+  // its longest predecessor.
   std::map<std::size_t, Duration> longest;
   const std::function<Duration(std::size_t)> finish = [&](std::size_t node) {
     if (const auto known = longest.find(node); known != longest.end()) return known->second;

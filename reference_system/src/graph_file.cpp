@@ -2,85 +2,83 @@
 #include "hotpath/reference_system/graph_file.hpp"
 
 #include <algorithm>
-#include <filesystem>
 #include <map>
+#include <sstream>
 
-#include "graph_map.hpp"
 #include "graph_source.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "hotpath/core/suggestion.hpp"
 
 namespace hotpath {
 
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr const char* kRemedy = "a graph is one YAML map that begins with `name: NAME` and lists `nodes`";
 
-/// The words of a list, and their lines.
-void read_words(const GraphMap& map, const std::string& key, const std::string& item,
-                std::vector<std::string>& words, std::vector<int>& lines) {
-  for (const YamlValue& word : map.needed(key).list(item)) {
-    words.push_back(word.text());
-    lines.push_back(word.line());
+DeliveryOrder read_delivery(const YamlValue& value, const std::string& topic, const Graph& graph) {
+  DeliveryOrder order;
+  if (value.is_text()) {
+    (void)value.choice({"unknown"});
+    return order;
   }
+  for (const YamlValue& node : value.list("a subscriber of topic " + topic))
+    order.nodes.push_back(node.text());
+  const std::string subject = "`delivery` of topic " + topic;
+  std::vector<std::string> left = subscribers_of(graph, topic);  // not yet listed
+  for (const std::string& node : order.nodes) {
+    if (std::erase(left, node) > 0) continue;
+    const std::string listed = std::string(subject).append(" lists node ").append(node);
+    if (std::ranges::count(order.nodes, node) > 1) value.fail(listed + " twice", "list each subscriber once");
+    value.fail(listed + ", which does not subscribe to it", suggest(node, left));
+  }
+  if (!left.empty())
+    value.fail(subject + " lacks subscriber " + left.front(), "list all subscribers, first reached first");
+  return order;
 }
 
-void read_chain(const YamlValue& value, GraphSource& source) {
-  GraphMap map(value, "a chain", KeysOf::chain);
-  map.check();
-  Chain& chain = source.graph.chains.emplace_back();
-  ChainLines& lines = source.chains.emplace_back();
-  lines.chain = map.line();
-  map.read("name", chain.name);
-  map.set_what("chain " + chain.name);
-  read_words(map, "nodes", "a node of chain " + chain.name, chain.nodes, lines.nodes);
-  if (map.find("sources"))
-    read_words(map, "sources", "a source of chain " + chain.name, chain.sources, lines.sources);
-  lines.sink = map.read("sink", chain.sink) ? map.find("sink")->line() : lines.chain;
-}
-
-void read_topics(const YamlValue& value, GraphSource& source) {
+/// Returns the topics that several nodes may publish.
+std::set<std::string> read_topics(const YamlValue& value, Graph& graph) {
+  const std::vector<std::string> published = published_topics(graph);
+  std::set<std::string> shared;
   const YamlMap topics(value, "`topics`");
   for (const std::string& topic : topics.keys()) {
     const GraphMap map(*topics.find(topic), "topic " + topic, KeysOf::topic_rule);
     map.check();
-    TopicRule& rule = source.rules[topic];
-    rule.line = map.line();
     const auto publishers = map.find("publishers"), delivery = map.find("delivery");
     bool intra_process = false;
     const bool stated = map.read("intra_process", intra_process);
-    if (intra_process) source.graph.intra_process.insert(topic);
-    if (!publishers && !delivery && !stated) {
+    if (!publishers && !delivery && !stated)
       map.fail("topic " + topic + " has no rule",
-               "give it `publishers: many`, `delivery: [NODE, NODE]`, `intra_process: true`, or remove it");
-    }
-    rule.many_publishers = publishers && publishers->choice({"one", "many"}) == 1;
-    if (!delivery) continue;
-    rule.delivery_line = delivery->line();
-    DeliveryOrder& order = source.graph.delivery[topic];
-    if (delivery->is_text()) {
-      (void)delivery->choice({"unknown"});
-      continue;
-    }
-    for (const YamlValue& node : delivery->list("a subscriber of topic " + topic))
-      order.nodes.push_back(node.text());
+               "give it `publishers: many`, `delivery: [NODE, NODE]`, "
+               "`intra_process: true`, or remove it");
+    if (publishers && publishers->choice({"one", "many"}) == 1) shared.insert(topic);
+    if (std::ranges::count(published, topic) == 0)
+      map.fail("no node publishes topic " + topic + " of `topics`", suggest(topic, published));
+    if (intra_process) graph.intra_process.insert(topic);
+    if (delivery) graph.delivery[topic] = read_delivery(*delivery, topic, graph);
   }
+  return shared;
 }
 
 void read_platform(const YamlValue& value, GraphPlatform& platform) {
   const GraphMap map(value, "`platform`", KeysOf::platform);
   map.check();
   map.read_all(graph_keys::kOfPlatform, platform);
-  for (const PlatformCost& cost : kPlatformCosts) {
-    if (const auto given = map.find(std::string(cost.key))) cost.set(platform, given->microseconds());
-  }
+  const auto read_us = [&](std::string_view key, const auto& set) {
+    if (const auto given = map.find(std::string(key))) set(given->microseconds());
+  };
+  for (const PlatformCost& cost : kPlatformCosts)
+    read_us(cost.key, [&](Duration time) { cost.set(platform, time); });
   auto& [longest, median, samples] = platform.measured_delivery;
-  if (const auto given = map.find("measured_delivery_us")) longest = given->microseconds();
-  if (const auto given = map.find("median_delivery_us")) median = given->microseconds();
+  read_us("measured_delivery_us", [&](Duration time) { longest = time; });
+  read_us("median_delivery_us", [&](Duration time) { median = time; });
   map.read("delivery_samples", samples);
 }
 
-/// The maps of keys that `--set` changes, by name: nodes, or the tasks of a node of type `callbacks`. Lists
-/// of another form are rejected later.
+/// The maps of keys that `--set` changes, by name: nodes, or the tasks of a
+/// node of type `callbacks`. Lists of another form are rejected later.
 std::map<std::string, YAML::Node> maps_by_name(const YAML::Node& list, const std::string& node = "") {
   std::map<std::string, YAML::Node> maps;
   if (!list || !list.IsSequence()) return maps;
@@ -114,47 +112,77 @@ void set_key(const YAML::Node& document, const std::string& setting) {
   maps[name][key] = setting.substr(equals + 1);
 }
 
-/// Checks each part separately.
-GraphSource read_graph(const std::string& path, const std::vector<std::string>& set) {
-  const YAML::Node document = read_yaml(path, read_text_file(path), kRemedy);
-  GraphSource source;
-  source.file = path;
-  source.folder = std::filesystem::path(path).parent_path();
-  for (const std::string& setting : set) set_key(document, setting);
-  if (!set.empty()) source.file = "--set " + joined(set, ",") + ": " + path;
-  const GraphMap map(source.file, document);
-  Graph& graph = source.graph;
-  map.read("name", graph.name);
-  map.read("description", graph.description);
-  map.read("work", graph.work);
-  map.read("service_wait_ms", graph.service_wait);
-  map.read("ros_distro", graph.release);
-  if (const auto given = map.find("topics")) read_topics(*given, source);
-  for (const YamlValue& node : map.needed("nodes").list("a node")) read_node(node, source);
-  const auto has_service = [](const Node& n) {
-    return std::ranges::any_of(n.callbacks, [](const Callback& c) { return is_service(c.entity); });
-  };
-  if (const auto wait = map.find("service_wait_ms"); wait && std::ranges::none_of(graph.nodes, has_service))
-    wait->fail(
-        "no callback of the graph is a service",
-        "give `service: true`, `client: true` or `waitable: true` (an action) to the subscriptions that "
-        "stand for one");
-  if (const auto given = map.find("chains")) {
-    for (const YamlValue& chain : given->list("a chain")) read_chain(chain, source);
-  }
-  if (const auto given = map.find("platform")) read_platform(*given, graph.platform);
-  return source;
-}
+std::map<std::string, fs::path> graph_files() { return yaml_files("HOTPATH_GRAPHS", HOTPATH_GRAPH_DIRS); }
 
 }  // namespace
 
 Graph load_graph(const std::string& path, const std::vector<std::string>& set) {
-  GraphSource source = read_graph(path, set);
-  check_graph(source);
+  const YAML::Node document = read_yaml(path, read_text_file(path), kRemedy);
+  for (const std::string& setting : set) set_key(document, setting);
+  GraphSource source;
+  source.file = (set.empty() ? "" : "--set " + joined(set, ",") + ": ") + path;
+  source.folder = fs::path(path).parent_path();
+  const GraphMap map(YamlValue(source.file, document, "the graph", 1), "the graph", KeysOf::graph);
+  map.check();
   Graph& graph = source.graph;
-  for (Chain& chain : graph.chains)
-    std::ranges::stable_sort(chain.nodes, {}, [&](const std::string& name) { return graph.find(name); });
+  map.read("name", graph.name);
+  map.read("description", graph.description);
+  map.read("work", graph.work);
+  map.read("ros_distro", graph.release);
+  for (const YamlValue& node : map.needed("nodes").list("a node")) read_node(node, source);
+  const auto has_service = [](const Node& n) {
+    return std::ranges::any_of(n.callbacks, [](const Callback& c) { return is_service(c.entity); });
+  };
+  if (map.read("service_wait_ms", graph.service_wait) && std::ranges::none_of(graph.nodes, has_service))
+    map.find("service_wait_ms")
+        ->fail("no callback of the graph is a service",
+               "give `service: true`, `client: true` or `waitable: true` (an "
+               "action) to the subscriptions "
+               "that stand for one");
+  if (const auto given = map.find("platform")) read_platform(*given, graph.platform);
+  const auto topics = map.find("topics"), chains = map.find("chains");
+  const GraphTasks tasks =
+      check_nodes(source, topics ? read_topics(*topics, graph) : std::set<std::string>());
+  if (chains)
+    for (const YamlValue& chain : chains->list("a chain")) read_chain(chain, tasks, graph);
   return std::move(graph);
+}
+
+std::string find_graph(const std::string& name_or_path) {
+  std::error_code error;
+  if (is_yaml_path(name_or_path)) {
+    if (fs::exists(fs::status(name_or_path, error))) return name_or_path;
+    refuse_input(name_or_path, error.message(),
+                 "give the path of a graph file or one of the names of "
+                 "`hotpath list graphs`");
+  }
+  return find_yaml("graph", graph_files(), name_or_path);
+}
+
+std::optional<fs::path> find_ros2_reference() {
+  std::istringstream folders(HOTPATH_ROS2_REFERENCE_DIRS);
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    std::error_code ignored;
+    if (fs::is_directory(folder, ignored)) return folder;
+  }
+  return std::nullopt;
+}
+
+std::vector<GraphListing> list_graphs() {
+  std::vector<GraphListing> listings;
+  for (const auto& [name, path] : graph_files()) {
+    GraphListing& listing = listings.emplace_back();
+    listing.name = name;
+    listing.path = path;
+    try {
+      const Graph graph = load_graph(path);
+      listing.description = graph.description;
+      listing.nodes = graph.nodes.size();
+    } catch (const InputError& error) {
+      listing.error = error.what();
+    }
+  }
+  return listings;
 }
 
 }  // namespace hotpath

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The nodes of a graph file: the short forms of the six types, and nodes of type `callbacks`.
+// The nodes of a graph file: the short forms of the six types, and nodes of
+// type `callbacks`.
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <numeric>
 #include <set>
 
-#include "graph_map.hpp"
 #include "graph_source.hpp"
 #include "hotpath/core/csv.hpp"
 #include "hotpath/core/suggestion.hpp"
-#include "hotpath/reference_system/graph_text.hpp"
 #include "hotpath/reference_system/reference_node.hpp"
 
 namespace hotpath {
@@ -17,6 +17,43 @@ namespace hotpath {
 namespace {
 
 using Values = std::vector<Duration>;
+
+/// The publications of jobs of an input, or of the timer.
+std::vector<Publication> publications_of(const ReferenceNode& node, std::optional<std::uint32_t> input) {
+  const bool silent = node.type == NodeType::command || (node.type == NodeType::cyclic && input);
+  if (silent || node.outputs.empty()) return {};
+  Publication publication;
+  publication.topic = node.type == NodeType::intersection ? node.outputs.at(*input) : node.outputs.front();
+  if (node.type == NodeType::fusion || node.type == NodeType::cyclic) {
+    publication.rule = node.type == NodeType::fusion ? PublishRule::all_new : PublishRule::last_of;
+    publication.of.resize(node.inputs.size());
+    std::iota(publication.of.begin(), publication.of.end(), 0U);
+  }
+  return {publication};
+}
+
+std::vector<Callback> expanded(const ReferenceNode& node) {
+  std::vector<Callback> callbacks;
+  for (std::uint32_t i = 0; i < node.inputs.size(); ++i) {
+    Callback& subscription = callbacks.emplace_back();
+    subscription.task = node.name + "/" + node.inputs[i].topic;
+    subscription.input = i;
+    subscription.priority = node.inputs[i].priority;
+  }
+  if (node.type == NodeType::sensor || node.type == NodeType::cyclic) {
+    Callback& timer = callbacks.emplace_back();
+    static_cast<StatedTimer&>(timer) = node;
+    timer.task = node.name;
+    if (timer.deadline == Duration::zero()) timer.deadline = timer.period;
+  }
+  for (Callback& callback : callbacks) {
+    callback.publishes = publications_of(node, callback.input);
+    if (node.type == NodeType::cyclic && callback.input) continue;  // only stores
+    callback.worst = node.execution_time;
+    callback.best = node.best_case_execution_time;
+  }
+  return callbacks;
+}
 
 void read_timer(const GraphMap& map, StatedTimer& timer) {
   map.read_all(graph_keys::kOfTimer, timer);
@@ -46,7 +83,8 @@ void read_execution_time(const GraphMap& map, const std::string& subject, Refere
   if (node.best_case_execution_time > node.execution_time) {
     map.find("best_case_execution_time_ms")
         ->fail("the best case of " + subject + " is longer than its execution time",
-               "give a `best_case_execution_time_ms` of at most `execution_time_ms`");
+               "give a `best_case_execution_time_ms` of at most "
+               "`execution_time_ms`");
   }
 }
 
@@ -63,7 +101,8 @@ std::vector<YamlValue> inputs_of(const GraphMap& map, const std::string& subject
   const bool cyclic = type == NodeType::cyclic, fusion = type == NodeType::fusion;
   if (cyclic && count == 0)
     map.fail(subject + " has no input",
-             "a cyclic node stores messages of one input or more; without any it is a sensor");
+             "a cyclic node stores messages of one input or more; without any "
+             "it is a sensor");
   if (fusion && count < 2) map.fail(problem, "a fusion needs two or more; with one it is a transform");
   if (!cyclic && !fusion && count != 1)
     map.fail(problem, "a " + std::string(to_string(type)) + " has exactly one");
@@ -315,12 +354,14 @@ class LongForm {
       const std::string topic = item.topic();
       const auto position = std::ranges::find(topics, topic);
       if (position == topics.end()) {
-        // NOLINTNEXTLINE(performance-inefficient-string-concatenation): it ends the loop
+        // NOLINTNEXTLINE(performance-inefficient-string-concatenation): it ends
+        // the loop
         item.fail(subject + " waits for topic " + topic + ", to which " + what_ + " does not subscribe",
                   suggest(topic, topics));
       }
       const bool is_new = inputs.insert(static_cast<std::uint32_t>(position - topics.begin())).second;
-      // NOLINTNEXTLINE(performance-inefficient-string-concatenation): it ends the loop
+      // NOLINTNEXTLINE(performance-inefficient-string-concatenation): it ends
+      // the loop
       if (!is_new) item.fail(subject + " names topic " + topic + " twice", "name each input once");
     }
     return {inputs.begin(), inputs.end()};
@@ -334,6 +375,10 @@ class LongForm {
 };
 
 }  // namespace
+
+ReferenceNode::operator Node() const {
+  return {name, type, {inputs.begin(), inputs.end()}, outputs, {group}, {}, expanded(*this)};
+}
 
 void read_node(const YamlValue& value, GraphSource& source) {
   GraphMap map(value, "a node", static_cast<KeysOf>(NodeType::callbacks));

@@ -7,7 +7,6 @@
 #include "hotpath/live/intra_process_transport.hpp"
 #include "hotpath/reference_system/live_system.hpp"
 #include "hotpath/reference_system/message.hpp"
-#include "hotpath/reference_system/task_message.hpp"
 #include "hotpath/reference_system/typed_live_nodes.hpp"
 
 namespace hotpath {

@@ -10,7 +10,7 @@
 #include "hotpath/core/csv.hpp"
 #include "hotpath/core/golden_trace.hpp"
 #include "hotpath/core/suggestion.hpp"
-#include "hotpath/reference_system/graph_text.hpp"
+#include "hotpath/reference_system/yaml_file.hpp"
 
 namespace hotpath {
 

@@ -5,7 +5,6 @@
 
 #include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
-#include "hotpath/reference_system/yaml_value.hpp"
 
 namespace hotpath {
 

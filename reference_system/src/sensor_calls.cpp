@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/reference_system/sensor_calls.hpp"
+#include "hotpath/reference_system/live_system.hpp"
 
 #include <bit>
 #include <string>

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "hotpath/reference_system/graph_keys.hpp"
-#include "hotpath/reference_system/graph_text.hpp"
+#include "hotpath/reference_system/yaml_file.hpp"
 
 namespace hotpath {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/reference_system/graph_chains.hpp"
+#include "hotpath/reference_system/graph.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/reference_system/graph_picture.hpp"
+#include "hotpath/reference_system/graph_layout.hpp"
 
 #include <gmock/gmock.h>
 

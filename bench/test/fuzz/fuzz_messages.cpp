@@ -8,7 +8,6 @@
 #include "hotpath/fastdds/guarded_type.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/message.hpp"
-#include "hotpath/reference_system/task_message.hpp"
 
 namespace {
 

@@ -4,7 +4,6 @@
 
 #include "hotpath/core/thread_policy.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
-#include "hotpath/reference_system/yaml_value.hpp"
 #include "hotpath_rclcpp/priority_executor.hpp"
 #include "setup.hpp"
 

@@ -3,7 +3,6 @@
 
 #include <hotpath_rclcpp_interfaces/msg/message4kb.hpp>
 
-#include "hotpath/reference_system/bounded_message.hpp"
 #include "hotpath/reference_system/task_history.hpp"
 
 namespace hotpath {
