@@ -6,7 +6,7 @@
 
 #include "hotpath/core/trace_csv.hpp"
 #include "hotpath/reference_system/deployment.hpp"
-#include "hotpath/reference_system/graph_writer.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
 #include "simulated/simulated_run.hpp"

@@ -77,7 +77,7 @@ void print_graph(const GraphOptions& options) {
   if (options.as) {
     if (options.deployment.empty()) return write_dot(program::data_output(), graph);
     const Deployment deployment = find_deployment(options.deployment, graph, tasks);
-    return write_dot(program::data_output(), graph, tasks, deployment);
+    return write_dot(program::data_output(), graph, &deployment);
   }
   if (!options.deployment.empty()) throw program::UsageError("--deployments: add --as dot or cie");
   const std::size_t timers = tasks.set.timers().size();

@@ -5,7 +5,7 @@
 #include <cctype>
 #include <optional>
 
-#include "hotpath/reference_system/graph_writer.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 #include "program/errors.hpp"
 #include "program/table.hpp"
 #include "program/text.hpp"
@@ -76,7 +76,7 @@ simulated::Options common_options(const fs::path& folder, const Graph& graph, co
                                   const setup::ExecutorSpec& executor, const setup::CommonOptions& options) {
   simulated::Options common;
   common.graph = folder / "graph.yaml";
-  write_graph(common.graph, graph);
+  write_graph(common.graph, graph, {}, program::write_with_folder);
   common.phases = Phases::given;
   common.phases_file = folder / "phases.csv";
   std::vector<Duration> first;

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "hotpath/reference_system/graph_writer.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 #include "import/recorded_system.hpp"
 
 namespace hotpath::imports {

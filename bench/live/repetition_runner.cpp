@@ -234,11 +234,11 @@ class Coordinator {
           program::concat(plan_.executor.label, ", repetition ", plan_.repetition, ": ", words...));
     };
     if (trace.lost_records > 0) add(trace.lost_records, " records did not fit into the trace buffers");
-    for (const auto& [fault, sentence] : enum_texts(Fault{})) {
-      std::uint64_t count = 0;
-      for (const RunMemory& memory : memories_) count += memory.count_of(fault);
-      if (count > 0) add(count, " ", sentence);
-    }
+    std::uint64_t rejected = 0;
+    for (const RunMemory& memory : memories_) rejected += memory.rejected();
+    if (rejected > 0)
+      add(rejected, " samples of other programs on the topics of this run were ignored; ",
+          "give the run its own DDS domain (--domain)");
     // Under rclcpp a release is the start of the callback.
     const bool arrivals_known = plan_.executor.stack == setup::Stack::native;
     for (const results::SwappedArrivals& pair : arrivals_known ? results::swapped_arrivals(plan_.tasks, trace)

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "hotpath/live/clock.hpp"
-#include "hotpath/reference_system/run_life.hpp"
+#include "hotpath/reference_system/run_channel.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::live {

@@ -6,8 +6,8 @@
 
 #include "bounds/bounds.hpp"
 #include "bounds/exact_worst_cases.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
-#include "hotpath/reference_system/graph_writer.hpp"
 #include "program/text.hpp"
 #include "properties.hpp"
 #include "random_graphs.hpp"

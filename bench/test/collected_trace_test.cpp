@@ -7,7 +7,7 @@
 #include "graph_fixture.hpp"
 #include "hotpath/core/accounting.hpp"
 #include "hotpath/core/schedule_check.hpp"
-#include "hotpath/reference_system/run_life.hpp"
+#include "hotpath/reference_system/run_channel.hpp"
 
 namespace hotpath::collected_trace_test {
 

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <set>
 
-#include "hotpath/reference_system/reference_node.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 
 namespace hotpath::test {
 

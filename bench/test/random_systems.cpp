@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "hotpath/core/simulator.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/phases.hpp"
-#include "hotpath/reference_system/reference_node.hpp"
 #include "program/text.hpp"
 #include "simulated/simulated_system.hpp"
 

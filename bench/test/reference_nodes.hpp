@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "hotpath/reference_system/reference_node.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 
 namespace hotpath {
 

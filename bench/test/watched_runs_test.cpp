@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "hotpath/reference_system/chain_observation.hpp"
-#include "hotpath/reference_system/graph_writer.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 #include "import/hypothesis.hpp"
 #include "import/run_events.hpp"
 #include "program/text.hpp"

@@ -8,10 +8,10 @@
 #include <set>
 #include <stdexcept>
 
+#include "graph_source.hpp"
 #include "hotpath/core/priority_order.hpp"
 #include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
-#include "yaml_writer.hpp"
 
 namespace hotpath {
 
@@ -82,8 +82,7 @@ constexpr std::array kPresets = {
 };
 
 constexpr const char* kDeploymentRemedy =
-    "a deployment is one YAML map that begins with `name: NAME` and lists "
-    "`executors`";
+    "a deployment is one YAML map that begins with `name: NAME` and lists `executors`";
 
 /// Parses the file; keeps a pointer to `path`.
 YamlMap read_deployment(const std::string& path) {
@@ -197,8 +196,7 @@ class DeploymentReader {
     }
   }
 
-  /// The callback groups of `NODE` or `NODE/GROUP`; none for a group without
-  /// callbacks.
+  /// The callback groups of `NODE` or `NODE/GROUP`; none for a group without callbacks.
   std::vector<std::uint32_t> groups(const YamlValue& item) const {
     const std::string text = item.text(), name = text.substr(0, text.find('/'));
     const Node* node = graph_.find(name);

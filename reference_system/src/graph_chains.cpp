@@ -54,13 +54,13 @@ class ChainReader {
       const auto& [name, line] = nodes_[place];
       for (const TaskId id : tasks_of(nodes_[place]))
         if (!members_.emplace(id, place).second)
-          fail(line, subject_ + " lists node " + name + " twice", "list each node once");
+          map_.fail(subject_ + " lists node " + name + " twice", "list each node once", line);
     }
     if (sources_.empty() || sink_.text.empty()) complete();
     check_sink();
     if (sources_.size() > kMaxSources)
-      fail(sources_[kMaxSources].line, subject_ + " has " + std::to_string(sources_.size()) + " sources",
-           "list at most " + std::to_string(kMaxSources));
+      map_.fail(subject_ + " has " + std::to_string(sources_.size()) + " sources",
+                "list at most " + std::to_string(kMaxSources), sources_[kMaxSources].line);
     for (const Word& source : sources_) check_source(source);
     chain_.nodes = texts_of(nodes_);
     std::ranges::stable_sort(chain_.nodes, {}, [&](const std::string& name) { return graph_.find(name); });
@@ -70,24 +70,20 @@ class ChainReader {
   }
 
  private:
-  [[noreturn]] void fail(int line, const std::string& problem, const std::string& remedy) const {
-    map_.fail(problem, remedy, line);
-  }
-
   std::vector<TaskId> tasks_of(const Word& word) const {
     std::vector<TaskId> named = tasks_named(graph_, tasks_, word.text);
     if (!named.empty()) return named;
     std::vector<std::string> names = graph_.node_names();
     for (const Task& task : tasks_.set.tasks)
       if (graph_.find(task.name)->type == NodeType::callbacks) names.push_back(task.name);
-    fail(word.line, subject_ + " visits unknown node " + word.text, suggest(word.text, names));
+    map_.fail(subject_ + " visits unknown node " + word.text, suggest(word.text, names), word.line);
   }
 
   /// The tasks of a source or sink.
   std::vector<TaskId> member_tasks(const Word& word) const {
     std::vector<TaskId> named = tasks_of(word);
     if (std::ranges::count(nodes_, word.text, &Word::text) == 0)
-      fail(word.line, "node " + word.text + " is missing in `nodes` of " + subject_, "list it there");
+      map_.fail("node " + word.text + " is missing in `nodes` of " + subject_, "list it there", word.line);
     return named;
   }
 
@@ -118,23 +114,21 @@ class ChainReader {
     if (sources_.empty()) sources_ = first;
   }
 
-  /// Refuses a node that no other node of the chain feeds, unless data begins
-  /// there.
+  /// Refuses a node that no other node of the chain feeds, unless data begins there.
   void check_gap(std::size_t place) const {
     const auto& [name, line] = nodes_[place];
     const std::string& before = nodes_[place - 1].text;
     for (const auto& [id, of] : members_)
       if (of == place && (tasks_.set[id].kind == TaskKind::timer || tasks_.set[id].name == name)) return;
-    fail(line, subject_ + " has a gap before " + name + ": none of its nodes feeds it",
-         "list the nodes from " + before + " to " + name + ", or what else feeds it");
+    map_.fail(subject_ + " has a gap before " + name + ": none of its nodes feeds it",
+              "list the nodes from " + before + " to " + name + ", or what else feeds it", line);
   }
 
   void check_sink() {
     sink_tasks_ = member_tasks(sink_);
     if (std::ranges::all_of(sink_tasks_, [&](TaskId id) { return tasks_.callbacks[id].stores_only; }))
-      fail(sink_.line,
-           "sink " + sink_.text + " of " + subject_ + " only stores its samples for other callbacks",
-           "name the node, or the task that publishes them");
+      map_.fail("sink " + sink_.text + " of " + subject_ + " only stores its samples for other callbacks",
+                "name the node, or the task that publishes them", sink_.line);
   }
 
   void check_source(const Word& source) const {
@@ -148,20 +142,16 @@ class ChainReader {
         if (left.erase(next) > 0) reached.push_back(next);
     }
     if (std::ranges::find_first_of(reached, sink_tasks_) == reached.end())
-      fail(source.line,
-           "sink " + sink_.text + " of " + subject_ + " cannot be reached from source " + source.text +
-               " along its nodes: they end at " + graph_.nodes[tasks_.origin[reached.back()].node].name,
-           "list all nodes between them in `nodes`, or choose another sink");
+      map_.fail("sink " + sink_.text + " of " + subject_ + " cannot be reached from source " + source.text +
+                    " along its nodes: they end at " + graph_.nodes[tasks_.origin[reached.back()].node].name,
+                "list all nodes between them in `nodes`, or choose another sink", source.line);
     if (tasks_.downstream(start).size() > tasks_.set[start].feeds.size())
-      fail(source.line,
-           "source " + source.text + " of " + subject_ +
-               " stores samples for messages that name only the job that "
-               "publishes them",
-           "begin with the node that publishes its topic");
+      map_.fail("source " + source.text + " of " + subject_ +
+                    " stores samples for messages that name only the job that publishes them",
+                "begin with the node that publishes its topic", source.line);
   }
 
-  /// The task where the data of a chain begins: the only timer, or the named
-  /// task.
+  /// The task where the data of a chain begins: the only timer, or the named task.
   TaskId start_of(const Word& source) const {
     std::vector<TaskId> tasks = member_tasks(source);
     if (tasks.size() == 1 && source.text == tasks_.set[tasks.front()].name) return tasks.front();
@@ -169,10 +159,11 @@ class ChainReader {
     if (tasks.size() == 1) return tasks.front();
     const std::string subject = "source " + source.text + " of " + subject_;
     if (tasks.empty())
-      fail(source.line, subject + " has no timer", "data begins at a sensor or a cyclic node");
-    fail(source.line, subject + " has " + std::to_string(tasks.size()) + " timers",
-         "name the task in which data begins, such as " + tasks_.set[tasks.front()].name +
-             ", as a source and among `nodes`");
+      map_.fail(subject + " has no timer", "data begins at a sensor or a cyclic node", source.line);
+    map_.fail(subject + " has " + std::to_string(tasks.size()) + " timers",
+              "name the task in which data begins, such as " + tasks_.set[tasks.front()].name +
+                  ", as a source and among `nodes`",
+              source.line);
   }
 
   const Graph& graph_;
@@ -187,8 +178,7 @@ class ChainReader {
 };
 
 /// The tasks that a task's data reaches next. Includes other tasks of its node
-/// only if they lead further than the task itself: not the other inputs of a
-/// fusion.
+/// only if they lead further than the task itself: not the other inputs of a fusion.
 std::vector<TaskId> next_of(const GraphTasks& tasks, TaskId id) {
   const std::vector<TaskId>& own = tasks.set[id].feeds;
   std::vector<TaskId> next = tasks.downstream(id);
@@ -210,8 +200,7 @@ struct Path {
   }
 };
 
-/// The largest paths from one timer, over the graph without the edges that
-/// close cycles.
+/// The largest paths from one timer, over the graph without the edges that close cycles.
 std::vector<Path> largest_paths(const GraphTasks& tasks, const std::vector<std::vector<TaskId>>& downstream,
                                 TaskId timer) {
   enum class State : std::uint8_t { unseen, open, done };
@@ -297,8 +286,7 @@ ChainLimits chain_limits(const Graph& graph, const Chain& chain) {
       return std::ranges::find_first_of(next, members[to]) != next.end();
     });
   };
-  // A chain has no cycle: a node's longest branch is its own work plus that of
-  // its longest predecessor.
+  // A chain has no cycle: a node's longest branch is its own work plus that of its longest predecessor.
   std::map<std::size_t, Duration> longest;
   const std::function<Duration(std::size_t)> finish = [&](std::size_t node) {
     if (const auto known = longest.find(node); known != longest.end()) return known->second;

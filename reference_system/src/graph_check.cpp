@@ -61,8 +61,7 @@ void check_inputs(const GraphSource& source) {
 }
 
 /// Finds subscriptions that activate each other for ever. Repeatedly removing
-/// all tasks without an upstream task leaves the tasks that are in a cycle or
-/// downstream of one.
+/// all tasks without an upstream task leaves the tasks that are in a cycle or downstream of one.
 void check_cycles(const GraphSource& source, const GraphTasks& tasks) {
   const TaskId count = tasks.set.size();
   std::vector<std::vector<TaskId>> upstream(count);
@@ -80,8 +79,7 @@ void check_cycles(const GraphSource& source, const GraphTasks& tasks) {
   const auto first = std::ranges::find(left, true);
   if (first == left.end()) return;
 
-  // Each remaining task has a remaining upstream task, so walking upstream ends
-  // in the cycle.
+  // Each remaining task has a remaining upstream task, so walking upstream ends in the cycle.
   std::vector<TaskId> walk;
   auto id = static_cast<TaskId>(first - left.begin());
   while (std::ranges::find(walk, id) == walk.end()) {
@@ -100,8 +98,7 @@ void check_cycles(const GraphSource& source, const GraphTasks& tasks) {
                    "cut it at a cyclic node, or take this input from another topic");
 }
 
-/// Bounds the entries of each message: its own entry, and those of all messages
-/// that its job merges.
+/// Bounds the entries of each message: its own entry, and those of all messages that its job merges.
 void check_histories(const GraphSource& source, const GraphTasks& tasks) {
   const TaskId count = tasks.set.size();
   std::vector<std::set<std::uint32_t>> nodes(count);  // nodes that a message at this input can have visited

@@ -51,8 +51,7 @@ std::set<std::string> read_topics(const YamlValue& value, Graph& graph) {
     const bool stated = map.read("intra_process", intra_process);
     if (!publishers && !delivery && !stated)
       map.fail("topic " + topic + " has no rule",
-               "give it `publishers: many`, `delivery: [NODE, NODE]`, "
-               "`intra_process: true`, or remove it");
+               "give it `publishers: many`, `delivery: [NODE, NODE]`, `intra_process: true`, or remove it");
     if (publishers && publishers->choice({"one", "many"}) == 1) shared.insert(topic);
     if (std::ranges::count(published, topic) == 0)
       map.fail("no node publishes topic " + topic + " of `topics`", suggest(topic, published));
@@ -136,8 +135,7 @@ Graph load_graph(const std::string& path, const std::vector<std::string>& set) {
   if (map.read("service_wait_ms", graph.service_wait) && std::ranges::none_of(graph.nodes, has_service))
     map.find("service_wait_ms")
         ->fail("no callback of the graph is a service",
-               "give `service: true`, `client: true` or `waitable: true` (an "
-               "action) to the subscriptions "
+               "give `service: true`, `client: true` or `waitable: true` (an action) to the subscriptions "
                "that stand for one");
   if (const auto given = map.find("platform")) read_platform(*given, graph.platform);
   const auto topics = map.find("topics"), chains = map.find("chains");
@@ -153,8 +151,7 @@ std::string find_graph(const std::string& name_or_path) {
   if (is_yaml_path(name_or_path)) {
     if (fs::exists(fs::status(name_or_path, error))) return name_or_path;
     refuse_input(name_or_path, error.message(),
-                 "give the path of a graph file or one of the names of "
-                 "`hotpath list graphs`");
+                 "give the path of a graph file or one of the names of `hotpath list graphs`");
   }
   return find_yaml("graph", graph_files(), name_or_path);
 }

@@ -173,27 +173,6 @@ void write_edge(std::ostream& out, const Node& from, const Node& to, const Graph
   out << "];\n";
 }
 
-/// `fills`: by node. Without a deployment there is no legend.
-void write_picture(std::ostream& out, const Graph& graph, const std::vector<std::string>& fills,
-                   const Deployment* deployment) {
-  out << "digraph " << identifier(graph.name) << " {\n"
-      << "  rankdir=LR; nodesep=0.4; ranksep=0.35; bgcolor=white; pad=0.2;\n"
-      << "  node [fontname=\"Helvetica\", fontsize=11, margin=\"0.1,0.06\", penwidth=1.1];\n"
-      << "  edge [fontname=\"Helvetica\", fontsize=9, color=\"#78909c\", arrowsize=0.7];\n";
-  for (std::size_t n = 0; n < graph.nodes.size(); ++n)
-    write_node(out, graph.nodes[n], fills[n], on_hot_path(graph, graph.nodes[n]));
-  if (deployment != nullptr) write_legend(out, *deployment);
-  for (const GraphEdge& edge : graph_edges(graph))
-    write_edge(out, graph.nodes[edge.source], graph.nodes[edge.target], edge);
-  out << "}\n";
-}
-
-std::vector<std::string> fills_by_type(const Graph& graph) {
-  std::vector<std::string> fills;
-  for (const Node& node : graph.nodes) fills.emplace_back(look_of(node).fill);
-  return fills;
-}
-
 }  // namespace
 
 bool on_hot_path(const Graph& graph, const Node& node) {
@@ -280,15 +259,22 @@ std::vector<GraphPosition> graph_layout(const Graph& graph) {
   return best;
 }
 
-void write_dot(std::ostream& out, const Graph& graph) {
-  write_picture(out, graph, fills_by_type(graph), nullptr);
-}
-
-void write_dot(std::ostream& out, const Graph& graph, const GraphTasks& tasks, const Deployment& deployment) {
-  std::vector<std::string> fills = fills_by_type(graph);
-  for (TaskId id = tasks.set.size(); id-- > 0;)
-    fills[tasks.origin[id].node] = executor_colour(deployment.executor_of[id]);
-  write_picture(out, graph, fills, &deployment);
+void write_dot(std::ostream& out, const Graph& graph, const Deployment* deployment) {
+  std::vector<std::string> fills;  // by node
+  for (const Node& node : graph.nodes) fills.emplace_back(look_of(node).fill);
+  const GraphTasks tasks = make_tasks(graph);
+  for (TaskId id = tasks.set.size(); deployment != nullptr && id-- > 0;)
+    fills[tasks.origin[id].node] = executor_colour(deployment->executor_of[id]);
+  out << "digraph " << identifier(graph.name) << " {\n"
+      << "  rankdir=LR; nodesep=0.4; ranksep=0.35; bgcolor=white; pad=0.2;\n"
+      << "  node [fontname=\"Helvetica\", fontsize=11, margin=\"0.1,0.06\", penwidth=1.1];\n"
+      << "  edge [fontname=\"Helvetica\", fontsize=9, color=\"#78909c\", arrowsize=0.7];\n";
+  for (std::size_t n = 0; n < graph.nodes.size(); ++n)
+    write_node(out, graph.nodes[n], fills[n], on_hot_path(graph, graph.nodes[n]));
+  if (deployment != nullptr) write_legend(out, *deployment);
+  for (const GraphEdge& edge : graph_edges(graph))
+    write_edge(out, graph.nodes[edge.source], graph.nodes[edge.target], edge);
+  out << "}\n";
 }
 
 }  // namespace hotpath

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The nodes of a graph file: the short forms of the six types, and nodes of
-// type `callbacks`.
+// The nodes of a graph file: the short forms of the six types, and nodes of type `callbacks`.
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -10,7 +9,7 @@
 #include "graph_source.hpp"
 #include "hotpath/core/csv.hpp"
 #include "hotpath/core/suggestion.hpp"
-#include "hotpath/reference_system/reference_node.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 
 namespace hotpath {
 
@@ -58,11 +57,10 @@ std::vector<Callback> expanded(const ReferenceNode& node) {
 void read_timer(const GraphMap& map, StatedTimer& timer) {
   map.read_all(graph_keys::kOfTimer, timer);
   if (!map.find("deadline_ms")) timer.deadline = timer.period;
-  if (timer.release_jitter >= timer.period) {
+  if (timer.release_jitter >= timer.period)
     map.find("release_jitter_ms")
         ->fail("the release jitter of " + map.what() + " is not below its period",
                "give less than the `period_ms`");
-  }
 }
 
 ReferenceInput read_input(const YamlValue& value, const std::string& node, std::uint32_t depth) {
@@ -80,12 +78,10 @@ void read_execution_time(const GraphMap& map, const std::string& subject, Refere
   map.read("execution_time_ms", node.execution_time);
   node.best_case_execution_time = node.execution_time;
   map.read("best_case_execution_time_ms", node.best_case_execution_time);
-  if (node.best_case_execution_time > node.execution_time) {
+  if (node.best_case_execution_time > node.execution_time)
     map.find("best_case_execution_time_ms")
         ->fail("the best case of " + subject + " is longer than its execution time",
-               "give a `best_case_execution_time_ms` of at most "
-               "`execution_time_ms`");
-  }
+               "give a `best_case_execution_time_ms` of at most `execution_time_ms`");
 }
 
 /// The values of `input` or `inputs`.
@@ -101,8 +97,7 @@ std::vector<YamlValue> inputs_of(const GraphMap& map, const std::string& subject
   const bool cyclic = type == NodeType::cyclic, fusion = type == NodeType::fusion;
   if (cyclic && count == 0)
     map.fail(subject + " has no input",
-             "a cyclic node stores messages of one input or more; without any "
-             "it is a sensor");
+             "a cyclic node stores messages of one input or more; without any it is a sensor");
   if (fusion && count < 2) map.fail(problem, "a fusion needs two or more; with one it is a transform");
   if (!cyclic && !fusion && count != 1)
     map.fail(problem, "a " + std::string(to_string(type)) + " has exactly one");
@@ -250,10 +245,9 @@ class LongForm {
     callback.task = node_.name + "/" + name;
     map.set_what((timer ? "timer " : "subscription ") + callback.task);
     map.check_as(timer ? KeysOf::timer : KeysOf::subscription, graph_keys::kCallbacks);
-    if (std::ranges::count(node_.callbacks, callback.task, &Callback::task) > 0) {
+    if (std::ranges::count(node_.callbacks, callback.task, &Callback::task) > 0)
       map.fail("there are two callbacks with the name " + callback.task,
                "name each timer differently, and subscribe to each topic once");
-    }
     if (timer) {
       read_timer(map, callback);
     } else {
@@ -308,10 +302,9 @@ class LongForm {
       } else {
         read_rule(GraphMap(item, subject, KeysOf::publication), publication);
       }
-      if (std::ranges::count(callback.publishes, publication.topic, &Publication::topic) > 0) {
+      if (std::ranges::count(callback.publishes, publication.topic, &Publication::topic) > 0)
         item.fail(callback.task + " publishes topic " + publication.topic + " twice",
                   "keep one of the rules");
-      }
       if (std::ranges::count(node_.outputs, publication.topic) == 0) {
         node_.outputs.push_back(publication.topic);
         lines_.outputs.push_back(item.line());
@@ -354,14 +347,12 @@ class LongForm {
       const std::string topic = item.topic();
       const auto position = std::ranges::find(topics, topic);
       if (position == topics.end()) {
-        // NOLINTNEXTLINE(performance-inefficient-string-concatenation): it ends
-        // the loop
+        // NOLINTNEXTLINE(performance-inefficient-string-concatenation): it ends the loop
         item.fail(subject + " waits for topic " + topic + ", to which " + what_ + " does not subscribe",
                   suggest(topic, topics));
       }
       const bool is_new = inputs.insert(static_cast<std::uint32_t>(position - topics.begin())).second;
-      // NOLINTNEXTLINE(performance-inefficient-string-concatenation): it ends
-      // the loop
+      // NOLINTNEXTLINE(performance-inefficient-string-concatenation): it ends the loop
       if (!is_new) item.fail(subject + " names topic " + topic + " twice", "name each input once");
     }
     return {inputs.begin(), inputs.end()};

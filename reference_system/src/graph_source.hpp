@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <yaml-cpp/yaml.h>
+
 #include <filesystem>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -42,8 +45,7 @@ class GraphMap : public YamlMap {
  public:
   GraphMap(const YamlValue& value, std::string what, KeysOf of) : YamlMap(value, std::move(what)), of_(of) {}
 
-  /// Rejects unknown keys, and by another message those of the maps `elsewhere`
-  /// (bits).
+  /// Rejects unknown keys, and by another message those of the maps `elsewhere` (bits).
   void check(std::uint32_t elsewhere = 0) const { check_keys(key_names(keys_in(of_)), key_names(elsewhere)); }
   void check_as(KeysOf of, std::uint32_t elsewhere) {
     of_ = of;
@@ -99,11 +101,48 @@ std::vector<std::string> published_topics(const Graph& graph);
 /// Adds a node of any type.
 void read_node(const YamlValue& value, GraphSource& source);
 
-/// Checks that the nodes fit together; several of them may publish a topic of
-/// `shared`.
+/// Checks that the nodes fit together; several of them may publish a topic of `shared`.
 GraphTasks check_nodes(const GraphSource& source, const std::set<std::string>& shared);
 
 /// Adds a chain. Without sources or sink, it has those of its ends.
 void read_chain(const YamlValue& value, const GraphTasks& tasks, Graph& graph);
+
+/// Writes maps whose keys are in the table of keys.
+class YamlWriter {
+ public:
+  YAML::Emitter out;
+
+  YAML::Emitter& key(const std::string& name) { return out << YAML::Key << name << YAML::Value; }
+  void words(const std::string& name, const std::vector<std::string>& list) {
+    key(name) << YAML::Flow << list;
+  }
+  template <class T>
+  void pair(const std::string& name, const T& value) {
+    key(name) << as_text(value);
+  }
+  /// Writes the key unless it has the value that its absence means in this map.
+  template <class T>
+  void pair(KeysOf of, const std::string& name, const T& value) {
+    if (as_text(value) != key_of(of, name).standard) pair(name, value);
+  }
+  template <class T>
+  void pair(KeysOf of, const std::string& name, const std::optional<T>& value) {
+    if (value) pair(of, name, *value);
+  }
+
+  /// Writes all keys of a list of graph_keys.
+  template <class T>
+  void pairs(KeysOf of, const auto& keys, const T& from) {
+    std::apply([&](const auto&... key) { (pair(of, key.first, from.*key.second), ...); }, keys);
+  }
+
+ private:
+  static std::string as_text(const std::string& text) { return text; }
+  static std::string as_text(const char* text) { return text; }
+  static std::string as_text(bool value) { return value ? "true" : "false"; }
+  static std::string as_text(Duration time) { return format_ms(time); }
+  static std::string as_text(std::integral auto number) { return std::to_string(number); }
+  static std::string as_text(EnumWithTexts auto word) { return to_string(word); }
+};
 
 }  // namespace hotpath

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/reference_system/graph_writer.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <functional>
 #include <map>
 #include <set>
 #include <span>
@@ -13,7 +11,6 @@
 #include "graph_source.hpp"
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/core/utf8.hpp"
-#include "yaml_writer.hpp"
 
 namespace hotpath {
 
@@ -21,14 +18,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The name of the file with a callback's measured execution times; empty: they are in the graph
-/// file.
-using TimesFile = std::function<std::string(const Callback&)>;
-
 class Writer : private YamlWriter {
  public:
-  Writer(const Graph& graph, const GraphComments& comments, TimesFile times_file)
-      : graph_(graph), comments_(comments), times_file_(std::move(times_file)) {}
+  /// Many measured execution times of a callback go into a file in `times_folder`, unless it is empty.
+  Writer(const Graph& graph, const GraphComments& comments, fs::path times_folder)
+      : graph_(graph), comments_(comments), times_folder_(std::move(times_folder)) {}
 
   std::string text() {
     if (!comments_.header.empty()) out << remark(comments_.header) << YAML::Newline;
@@ -45,6 +39,8 @@ class Writer : private YamlWriter {
     out << YAML::EndMap << YAML::Newline;
     return out.c_str();
   }
+  /// After text(): the other files, by path.
+  [[nodiscard]] const std::vector<std::pair<fs::path, std::string>>& times_files() const { return files_; }
 
  private:
   void list(const std::string& name, const auto& items, const auto& write) {
@@ -198,12 +194,15 @@ class Writer : private YamlWriter {
     if (!c.measured && c.best == c.worst) return pair(KeysOf::timer, "execution_time_ms", c.worst);
     key("execution_time_ms") << YAML::BeginMap;
     const bool listed = c.measured && c.quantiles.empty();
-    const std::string file = listed ? times_file_(c) : std::string();
-    if (!file.empty()) {
-      pair("file", file);
+    std::vector<std::string> values;
+    for (std::size_t i = 0; listed && i < c.measured->size(); ++i)
+      values.push_back(format_ms((*c.measured)[i]));
+    if (values.size() > kMaxInlineTimes && !times_folder_.empty()) {
+      std::string name = c.task + ".csv";
+      std::ranges::replace(name, '/', '-');  // of topics
+      files_.emplace_back(times_folder_ / name, "execution_time_ms\n" + joined(values, "\n") + "\n");
+      pair("file", files_.back().first.string());
     } else if (listed) {
-      std::vector<std::string> values;
-      for (const Duration value : *c.measured) values.push_back(format_ms(value));
       words("measured", values);
     } else {
       pair("min", c.best);
@@ -245,47 +244,24 @@ class Writer : private YamlWriter {
 
   const Graph& graph_;
   const GraphComments& comments_;
-  const TimesFile times_file_;
+  const fs::path times_folder_;
+  std::vector<std::pair<fs::path, std::string>> files_;
 };
-
-[[noreturn]] void cannot_write(const fs::path& file) {
-  throw InputError(file.string(), 0, "the file cannot be written", "choose a writable folder");
-}
-
-/// The name of a times file; replaces the slashes of topics.
-std::string times_name(const Callback& callback) {
-  std::string name = callback.task + ".csv";
-  std::replace(name.begin(), name.end(), '/', '-');
-  return name;
-}
 
 }  // namespace
 
-void write_text_file(const fs::path& file, const std::string& text) {
-  std::error_code error;
-  if (file.has_parent_path()) fs::create_directory(file.parent_path(), error);
-  std::ofstream out(file);
-  out << text;
-  out.close();
-  if (!out) cannot_write(file);
-}
-
 std::string graph_yaml(const Graph& graph, const GraphComments& comments) {
-  return Writer(graph, comments, [](const Callback&) { return std::string(); }).text();
+  return Writer(graph, comments, {}).text();
 }
 
 void write_graph(const fs::path& file, const Graph& graph, const GraphComments& comments,
                  const TextWriter& write) {
-  if (file.has_parent_path() && !fs::is_directory(file.parent_path())) cannot_write(file);
-  const fs::path folder = file.stem().string() + "_times";
-  const auto times_file = [&](const Callback& callback) -> std::string {
-    if (callback.measured->size() <= kMaxInlineTimes) return {};
-    std::string lines = "execution_time_ms\n";
-    for (const Duration value : *callback.measured) lines += format_ms(value) + "\n";
-    write(file.parent_path() / folder / times_name(callback), lines);
-    return (folder / times_name(callback)).string();
-  };
-  write(file, Writer(graph, comments, times_file).text());
+  if (file.has_parent_path() && !fs::is_directory(file.parent_path()))
+    throw InputError(file.string(), 0, "the file cannot be written", "choose a writable folder");
+  Writer writer(graph, comments, file.stem().string() + "_times");
+  const std::string text = writer.text();
+  for (const auto& [path, times] : writer.times_files()) write(file.parent_path() / path, times);
+  write(file, text);
 }
 
 }  // namespace hotpath

@@ -2,8 +2,8 @@
 // Only the in-process transport, for builds without Fast DDS or without a generator for its
 // messages.
 #include "hotpath/live/intra_process_transport.hpp"
-#include "hotpath/reference_system/task_history.hpp"
 #include "hotpath/reference_system/live_system.hpp"
+#include "hotpath/reference_system/task_history.hpp"
 #include "hotpath/reference_system/typed_live_nodes.hpp"
 
 namespace hotpath {

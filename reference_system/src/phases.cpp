@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <random>
 #include <stdexcept>
 
@@ -76,106 +77,98 @@ std::vector<Duration> make_phases(const Graph& graph, const GraphTasks& tasks, P
 
 namespace {
 
-const std::string kWidePrefix = "created_ms_";
-
-/// The first timestamps that a file gives.
-class GivenPhases {
- public:
-  GivenPhases(const std::string& path, const Graph& graph)
-      : path_(path), tasks_(make_tasks(graph)), first_(tasks_.set.size()), lines_(tasks_.set.size(), 0) {
-    for (const TaskId id : tasks_.set.timers()) timers_.push_back(tasks_.set[id].name);
-  }
-
-  /// A value of the file. `created`: the instant of creation.
-  void set(std::size_t line, const std::string& name, const std::string& number, bool created) {
-    const auto fail = [&](const std::string& problem, const std::string& remedy) {
-      throw InputError(path_, line, problem, remedy);
-    };
-    TaskId id = 0;
-    while (id < tasks_.set.size() && (tasks_.set[id].name != name || tasks_.set[id].kind != TaskKind::timer))
-      ++id;
-    if (id == tasks_.set.size()) fail("the graph has no timer " + name, suggest(name, timers_));
-    if (lines_[id] != 0)
-      fail("timer " + name + " has a second phase",
-           "keep one (the other is in line " + std::to_string(lines_[id]) + ")");
-    const std::optional<Duration> instant = parse_ms(number);
-    if (!instant || *instant < Duration::zero())
-      fail("the phase of timer " + name + " is `" + number + "`",
-           "give decimal milliseconds such as 4.2, not negative");
-    first_[id] = *instant + (created ? tasks_.set[id].period : Duration::zero());
-    lines_[id] = line;
-  }
-
-  /// By task. `last_line`: to which a missing phase would belong.
-  std::vector<Duration> all(std::size_t last_line) {
-    for (const TaskId id : tasks_.set.timers()) {
-      if (lines_[id] != 0) continue;
-      throw InputError(path_, last_line, "no phase for the timer of node " + tasks_.set[id].name,
-                       "give one for each timer");
-    }
-    return std::move(first_);
-  }
-
- private:
-  const std::string path_;
-  const GraphTasks tasks_;
-  std::vector<std::string> timers_;
-  std::vector<Duration> first_;
-  std::vector<std::size_t> lines_;  ///< By task: the line with its phase; 0: none yet.
+/// A timer's phase as a file states it.
+struct PhaseRow {
+  std::size_t line = 0;
+  std::string timer, ms;
+  bool created = false;  ///< The instant of creation.
 };
 
-/// Reads the row with the executor's name, or else the first row of the executor under any rule.
-void read_executor(CsvReader& rows, const std::string& path, const std::string& executor,
-                   GivenPhases& phases) {
-  const std::size_t names = rows.column("executor"), header_line = rows.line();
-  std::size_t chosen_line = 0;
-  std::vector<std::string> chosen, executors;
-  while (rows.next()) {
-    const std::string name(rows.text(names));
+/// By task. `last_line`: to which a missing phase would belong.
+std::vector<Duration> phases_of(const Graph& graph, const std::vector<PhaseRow>& rows,
+                                const std::string& path, std::size_t last_line) {
+  const TaskSet set = make_tasks(graph).set;
+  std::map<std::string, TaskId> timers;
+  std::vector<std::string> names;
+  for (const TaskId id : set.timers()) {
+    timers.emplace(set[id].name, id);
+    names.push_back(set[id].name);
+  }
+  std::vector<Duration> first(set.size());
+  std::map<TaskId, std::size_t> lines;
+  for (const auto& [line, name, ms, created] : rows) {
+    const auto fail = [&, line = line](const std::string& problem, const std::string& remedy) {
+      throw InputError(path, static_cast<std::int64_t>(line), problem, remedy);
+    };
+    if (!timers.contains(name)) fail("the graph has no timer " + name, suggest(name, names));
+    const TaskId id = timers[name];
+    const auto [previous, is_new] = lines.emplace(id, line);
+    if (!is_new)
+      fail("timer " + name + " has a second phase",
+           "keep one (the other is in line " + std::to_string(previous->second) + ")");
+    const std::optional<Duration> instant = parse_ms(ms);
+    if (!instant || *instant < Duration::zero())
+      fail("the phase of timer " + name + " is `" + ms + "`",
+           "give decimal milliseconds such as 4.2, not negative");
+    first[id] = *instant + (created ? set[id].period : Duration::zero());
+  }
+  for (const TaskId id : set.timers())
+    if (!lines.contains(id))
+      throw InputError(path, static_cast<std::int64_t>(last_line),
+                       "no phase for the timer of node " + set[id].name, "give one for each timer");
+  return first;
+}
+
+/// The row with the executor's name, or else the first row of the executor under any rule.
+std::vector<PhaseRow> rows_of(const std::string& executor, CsvReader& csv, const std::string& path) {
+  constexpr std::string_view kPrefix = "created_ms_";
+  const std::size_t names = csv.column("executor"), header_line = csv.line();
+  std::optional<std::vector<PhaseRow>> chosen;
+  std::vector<std::string> executors;
+  while (csv.next()) {
+    const std::string name(csv.text(names));
     executors.push_back(name.substr(0, name.find(" (")));
-    if (name != executor && (chosen_line > 0 || executors.back() != executor)) continue;
-    chosen_line = rows.line();
-    chosen.clear();
-    for (std::size_t c = 0; c < rows.header().size(); ++c) chosen.emplace_back(rows.text(c));
+    if (name != executor && (chosen || executors.back() != executor)) continue;
+    chosen.emplace();
+    for (std::size_t c = 0; c < csv.header().size(); ++c) {
+      const std::string& column = csv.header()[c];
+      if (column.starts_with(kPrefix))
+        chosen->push_back({csv.line(), column.substr(kPrefix.size()), std::string(csv.text(c)), true});
+    }
   }
-  if (chosen_line == 0)
-    throw InputError(path, header_line, "no row for executor " + executor, suggest(executor, executors));
-  for (std::size_t c = 0; c < chosen.size(); ++c) {
-    const std::string& column = rows.header()[c];
-    if (column.starts_with(kWidePrefix))
-      phases.set(chosen_line, column.substr(kWidePrefix.size()), chosen[c], true);
-  }
+  if (chosen) return *std::move(chosen);
+  throw InputError(path, static_cast<std::int64_t>(header_line), "no row for executor " + executor,
+                   suggest(executor, executors));
 }
 
 }  // namespace
 
 std::vector<Duration> read_phases(const std::string& path, const Graph& graph, const std::string& executor) {
-  GivenPhases phases(path, graph);
   std::ifstream in = open_input(path, "give the path of a readable file of phases");
   LineReader lines(in, path);
+  std::vector<PhaseRow> rows;
   if (lines.next() && is_golden_trace(lines.text())) {
     const GoldenTrace trace = read_golden_trace(path);
-    std::size_t line = 0;
-    for (const Task& task : trace.set.tasks) phases.set(++line, task.name, format_ms(task.phase), false);
-    return phases.all(line);
+    for (const Task& task : trace.set.tasks)
+      rows.push_back({rows.size() + 1, task.name, format_ms(task.phase)});
+    return phases_of(graph, rows, path, rows.size());
   }
-  CsvReader rows(std::filesystem::path(path), CsvLayout::by_hand);
-  if (rows.header().empty())
+  CsvReader csv(std::filesystem::path(path), CsvLayout::by_hand);
+  if (csv.header().empty())
     throw InputError(path, 0, "the file of phases is empty", "begin with the line `task,first_release_ms`");
   using Names = std::vector<std::string>;
-  const bool created = rows.header() == Names{"task", "created_ms"};
-  if (created || rows.header() == Names{"task", "first_release_ms"}) {
-    while (rows.next())
-      phases.set(rows.line(), std::string(rows.text(0)), std::string(rows.text(1)), created);
-    return phases.all(rows.line());
+  const bool created = csv.header() == Names{"task", "created_ms"};
+  if (created || csv.header() == Names{"task", "first_release_ms"}) {
+    while (csv.next())
+      rows.push_back({csv.line(), std::string(csv.text(0)), std::string(csv.text(1)), created});
+    return phases_of(graph, rows, path, csv.line());
   }
-  if (!rows.find_column("executor"))
-    rows.fail("the columns do not describe phases",
-              "begin with `task,first_release_ms`, `task,created_ms`, or columns `executor` and "
-              "`created_ms_NODE`");
-  const std::size_t header = rows.line();
-  read_executor(rows, path, executor, phases);
-  return phases.all(header);
+  if (!csv.find_column("executor"))
+    csv.fail("the columns do not describe phases",
+             "begin with `task,first_release_ms`, `task,created_ms`, or columns `executor` and "
+             "`created_ms_NODE`");
+  const std::size_t header = csv.line();
+  return phases_of(graph, rows_of(executor, csv, path), path, header);
 }
 
 std::string phases_csv(const TaskSet& set, const std::vector<Duration>& first) {

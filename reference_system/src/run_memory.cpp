@@ -21,9 +21,8 @@ static_assert(sizeof(JobRecord) == 96 && sizeof(ChainObservation) == 120 && size
 constexpr std::size_t kAlignment = 64;
 constexpr std::size_t aligned(std::size_t n) { return (n + kAlignment - 1) / kAlignment * kAlignment; }
 
-constexpr std::size_t kFaults = enum_texts(Fault{}).size();
 std::size_t counter_bytes(const RunMemory::Size& size) {
-  return aligned((size.tasks + kFaults) * sizeof(std::atomic<std::uint64_t>));
+  return aligned((size.tasks + 1) * sizeof(std::atomic<std::uint64_t>));
 }
 std::size_t job_log_bytes(const RunMemory::Size& size) {
   return aligned(RecordLog<JobRecord>::bytes(size.jobs));
@@ -64,10 +63,9 @@ void RunMemory::map(const Size& size, bool create) {
   }
   char* next = static_cast<char*>(memory_);
   auto* counter = reinterpret_cast<std::atomic<std::uint64_t>*>(next);
-  for (std::size_t i = 0; create && i < size.tasks + kFaults; ++i)
-    new (counter + i) std::atomic<std::uint64_t>(0);
+  for (std::size_t i = 0; create && i <= size.tasks; ++i) new (counter + i) std::atomic<std::uint64_t>(0);
   published_ = {counter, size.tasks};
-  faults_ = {counter + size.tasks, kFaults};
+  rejected_ = counter + size.tasks;
   next += counters;
   for (std::uint32_t i = 0; i < size.workers + size.executors; ++i, next += job_log) {
     using Log = RecordLog<JobRecord>;

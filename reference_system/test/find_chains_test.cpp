@@ -5,7 +5,6 @@
 
 #include "graph_fixture.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
-#include "hotpath/reference_system/graph_writer.hpp"
 
 namespace hotpath::find_chains_test {
 

@@ -7,7 +7,6 @@
 #include <set>
 
 #include "hotpath/reference_system/graph_file.hpp"
-#include "hotpath/reference_system/reference_node.hpp"
 
 namespace hotpath::graph_layout_test {
 

@@ -7,7 +7,6 @@
 #include <sstream>
 
 #include "hotpath/reference_system/graph_file.hpp"
-#include "hotpath/reference_system/reference_node.hpp"
 
 namespace hotpath::graph_picture_test {
 
@@ -15,10 +14,9 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-/// With tasks and a deployment, or neither.
-std::vector<std::string> lines_of(const Graph& graph, const auto&... deployed) {
+std::vector<std::string> lines_of(const Graph& graph, const Deployment* deployment = nullptr) {
   std::stringstream dot;
-  write_dot(dot, graph, deployed...);
+  write_dot(dot, graph, deployment);
   std::vector<std::string> lines;
   for (std::string line; std::getline(dot, line);) lines.push_back(line);
   return lines;
@@ -56,8 +54,8 @@ TEST(Picture, DrawsAndLabelsEveryNodeAndSubscriptionAndMarksTheHotPathAlone) {
 
 TEST(Picture, ColoursNodesByExecutorWithALegend) {
   const Graph graph = load_graph(find_graph("autoware"));
-  const GraphTasks tasks = make_tasks(graph);
-  const auto lines = lines_of(graph, tasks, find_deployment("picas", graph, tasks));
+  const Deployment deployment = find_deployment("picas", graph, make_tasks(graph));
+  const auto lines = lines_of(graph, &deployment);
   const auto fill = [&](const std::string& node) {
     const std::string l = line(lines, "\"" + node + "\" [");
     const std::size_t begin = l.find("fillcolor=");
@@ -74,9 +72,8 @@ TEST(Picture, ColoursNodesByExecutorWithALegend) {
 
 TEST(Picture, TheFirstCallbackColoursANodeOfSeveralExecutors) {
   const Graph graph = load_graph(find_graph("callbacks"));
-  const GraphTasks tasks = make_tasks(graph);
-  Deployment deployment = find_deployment("rm-threads", graph, tasks);
-  const auto driver = [&] { return line(lines_of(graph, tasks, deployment), "\"Driver\" ["); };
+  Deployment deployment = find_deployment("rm-threads", graph, make_tasks(graph));
+  const auto driver = [&] { return line(lines_of(graph, &deployment), "\"Driver\" ["); };
   const std::string before = driver();
   deployment.executor_of[1] = 5;
   EXPECT_EQ(driver(), before);

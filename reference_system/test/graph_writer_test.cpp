@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Written graphs are read back as the same graphs.
-#include "hotpath/reference_system/graph_writer.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 
 #include <gmock/gmock.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "graph_fixture.hpp"
 
@@ -27,6 +28,11 @@ TEST(GraphWriter, WritesEveryFeatureOfAGraph) {
   EXPECT_EQ(load(graph_yaml(graph)), graph) << graph_yaml(graph);
 }
 
+void write(const fs::path& file, const std::string& text) {
+  fs::create_directory(file.parent_path());
+  std::ofstream(file) << text;
+}
+
 TEST(GraphWriter, PutsLongMeasurementsIntoFilesBesideTheGraph) {
   Graph graph = load(kEverything);
   std::vector<Duration> times(kMaxInlineTimes + 1, 5ms);
@@ -37,7 +43,7 @@ TEST(GraphWriter, PutsLongMeasurementsIntoFilesBesideTheGraph) {
   callback.worst = 5ms;
   const Folder removed;
   const fs::path folder = removed.path();
-  write_graph(folder / "mine.yaml", graph);
+  write_graph(folder / "mine.yaml", graph, {}, write);
   EXPECT_TRUE(fs::exists(folder / "mine_times" / "K-a.csv"));
   EXPECT_EQ(load_graph(folder / "mine.yaml"), graph);
 }
@@ -52,7 +58,7 @@ TEST(GraphWriter, WritesTheComments) {
 }
 
 TEST(GraphWriter, NamesTheFileThatCannotBeWritten) {
-  EXPECT_THAT([] { write_graph("/nonexistent/mine.yaml", load(kEverything)); },
+  EXPECT_THAT([] { write_graph("/nonexistent/mine.yaml", load(kEverything), {}, write); },
               testing::ThrowsMessage<InputError>(HasSubstr("mine.yaml")));
 }
 

@@ -4,7 +4,7 @@
 #include "hotpath/core/registry.hpp"
 #include "hotpath/live/thread_setup.hpp"
 #include "hotpath/reference_system/graph.hpp"
-#include "hotpath/reference_system/priorities_file.hpp"
+#include "hotpath/reference_system/ros_names.hpp"
 #include "hotpath_rclcpp/priority_executor.hpp"
 
 namespace hotpath {

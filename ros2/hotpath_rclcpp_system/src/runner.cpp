@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "hotpath/reference_system/graph_file.hpp"
-#include "hotpath/reference_system/run_life.hpp"
+#include "hotpath/reference_system/run_channel.hpp"
 #include "system.hpp"
 
 namespace hotpath {

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -47,5 +50,53 @@ struct GraphListing {
 /// The folder with the measurements of the real ROS 2 stack on the same workloads (its README
 /// describes the files), in the source tree or the installation. std::nullopt if it is in neither.
 [[nodiscard]] std::optional<std::filesystem::path> find_ros2_reference();
+
+/// An input of a ReferenceNode.
+struct ReferenceInput {
+  std::string topic;
+  std::uint32_t depth = 1;               ///< As Input::depth.
+  std::optional<std::int64_t> priority;  ///< Given fixed priority of the subscription.
+
+  operator Input() const { return {topic, depth}; }  // NOLINT(google-explicit-constructor)
+};
+
+/// A node of one of the six types of the reference system, in the short form of files. The comments name
+/// the types to which a member applies. The timer is that of sensor and cyclic; a deadline of 0 is the
+/// period.
+struct ReferenceNode : StatedTimer {
+  std::string name;
+  NodeType type = NodeType::sensor;
+  std::vector<ReferenceInput> inputs;
+  std::vector<std::string> outputs;  ///< intersection: one per input; command: none; other types: one.
+  Duration execution_time{};         ///< Work of one activation (worst case).
+  Duration best_case_execution_time{};
+  CallbackGroup group = CallbackGroup::mutually_exclusive;  ///< Of all callbacks.
+
+  /// The node with its callbacks: subscriptions in input order, then the timer.
+  operator Node() const;  // NOLINT(google-explicit-constructor): a node wherever a graph takes one
+};
+
+/// Comments of a written graph.
+struct GraphComments {
+  std::string header;                     ///< At the top of the file; may have several lines.
+  std::map<std::string, std::string> of;  ///< One line each; key: the name of a node or of a callback's task.
+};
+
+/// Limit of measured execution times per callback in the graph's own file.
+inline constexpr std::size_t kMaxInlineTimes = 20;
+
+/// The graph as text from which load_graph() reads the same graph, including all measured execution
+/// times. An unnamed group is read back as mutually exclusive.
+[[nodiscard]] std::string graph_yaml(const Graph& graph, const GraphComments& comments = {});
+
+/// Writes a text into a file; creates its folder if necessary.
+using TextWriter = std::function<void(const std::filesystem::path& file, const std::string& text)>;
+
+/// Writes the graph into `file` with `write`. If a callback has more than kMaxInlineTimes measured
+/// execution times, they go into a CSV file in a folder beside `file`, called STEM_times after it.
+/// The CSV files are written first. Throws InputError if the folder for `file` does not exist, and
+/// exceptions of `write`.
+void write_graph(const std::filesystem::path& file, const Graph& graph, const GraphComments& comments,
+                 const TextWriter& write);
 
 }  // namespace hotpath

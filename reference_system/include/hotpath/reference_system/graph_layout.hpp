@@ -40,11 +40,8 @@ std::size_t crossings(const std::vector<GraphEdge>& edges, const std::vector<Gra
 
 /// Writes the graph in Graphviz's DOT language, data flowing from left to right: shape and colour
 /// by node type, the period of timers, the execution time of working nodes, and topics with another
-/// name than their publisher. Nodes and edges of the first chain are red and bold.
-void write_dot(std::ostream& out, const Graph& graph);
-
-/// Writes the graph with nodes coloured by executor, and a legend. If several executors serve a
-/// node's callbacks, the executor of the first callback determines the colour.
-void write_dot(std::ostream& out, const Graph& graph, const GraphTasks& tasks, const Deployment& deployment);
+/// name than their publisher. Nodes and edges of the first chain are red and bold. With a deployment,
+/// nodes have the colour of the executor of their first callback, and there is a legend.
+void write_dot(std::ostream& out, const Graph& graph, const Deployment* deployment = nullptr);
 
 }  // namespace hotpath

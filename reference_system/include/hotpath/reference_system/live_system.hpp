@@ -139,7 +139,7 @@ class LiveSystem : private SampleSink {
   void deliver(TaskId task, const SampleInfo& info, Sample sample) override {
     executor_of(task).deliver(task, info, std::move(sample));
   }
-  void rejected() override { ++memory_.count_of(Fault::rejected_sample); }
+  void rejected() override { ++memory_.rejected(); }
   [[nodiscard]] Executor& executor_of(TaskId task) const {
     return *executors_[executor_of_.empty() ? 0 : executor_of_[task]];
   }

@@ -7,20 +7,10 @@
 #include <span>
 #include <vector>
 
-#include "hotpath/core/enum_text.hpp"
 #include "hotpath/live/executor.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 
 namespace hotpath {
-
-/// What should not happen in a run: its processes count it, and the coordinator warns.
-enum class Fault : std::uint8_t { rejected_sample };
-/// With what follows the count in the warning.
-constexpr auto enum_texts(Fault) {
-  return texts_in_order<Fault>(
-      {"samples of other programs on the topics of this run were ignored; give the run its own DDS domain "
-       "(--domain)"});
-}
 
 /// The memory into which one process of a run records. It is sized before the run starts and shared
 /// with the collecting process, so records survive the death of the recording process. Backed by an
@@ -55,7 +45,8 @@ class RunMemory {
   [[nodiscard]] const std::vector<RecordLog<ChainObservation>>& chains() const { return chains_; }
   /// Per subscription: samples published for it. Timers: 0.
   [[nodiscard]] std::span<std::atomic<std::uint64_t>> published() const { return published_; }
-  [[nodiscard]] auto& count_of(Fault fault) const { return faults_[static_cast<std::size_t>(fault)]; }
+  /// Samples of other programs on the topics of the run.
+  [[nodiscard]] std::atomic<std::uint64_t>& rejected() const { return *rejected_; }
 
  private:
   void map(const Size& size, bool create);
@@ -63,7 +54,8 @@ class RunMemory {
   int descriptor_ = -1;
   void* memory_ = nullptr;
   std::size_t bytes_ = 0;
-  std::span<std::atomic<std::uint64_t>> published_, faults_;
+  std::span<std::atomic<std::uint64_t>> published_;
+  std::atomic<std::uint64_t>* rejected_ = nullptr;
   Executor::Logs jobs_;
   std::vector<RecordLog<ChainObservation>> chains_;
 };
