@@ -9,7 +9,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "advise/advice_files.hpp"
 #include "program/table.hpp"
 #include "program/text.hpp"
 #include "setup/deployed_system.hpp"

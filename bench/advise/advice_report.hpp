@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <iosfwd>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -46,5 +47,18 @@ struct Advice : Question {
 void to_json(nlohmann::json& j, const Advice& advice);
 /// The ranking, the sentences, the doubts, and the causes of the gain; `content`: of advice.json.
 void write_text(std::ostream& out, const Advice& advice, const nlohmann::json& content);
+
+/// Writes executor.yaml and the graph.yaml that it names into the folder: the options with which
+/// hotpath_rclcpp's PriorityExecutor runs the candidate in each process. Returns the files, none for
+/// wait-set executors, which are rclcpp's own, and for deployments to different executors.
+/// `platform` replaces the candidate's costs in graph.yaml. `offsets`: a file of phases in the same
+/// folder; empty: none.
+std::vector<std::string> write_executor_files(const Candidate& candidate, const GraphPlatform& platform,
+                                              const std::string& offsets,
+                                              const std::filesystem::path& folder);
+
+/// Text to paste that installs the executor files of the folder, with `shown` as its path; empty: it has
+/// none.
+std::string installation(const std::filesystem::path& folder, const std::filesystem::path& shown);
 
 }  // namespace hotpath::advise

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "advise/advice_files.hpp"
+#include "advise/advice_report.hpp"
 #include "advise/phase_search.hpp"
 #include "guarantees/witnesses.hpp"
 #include "hotpath/analysis/parallel.hpp"

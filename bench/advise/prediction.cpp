@@ -12,7 +12,7 @@
 #include "hotpath/core/simulator.hpp"
 #include "program/interrupt.hpp"
 #include "program/text.hpp"
-#include "results/executor_measures.hpp"
+#include "results/measures.hpp"
 #include "setup/deployed_system.hpp"
 #include "simulated/repetition.hpp"
 

@@ -10,7 +10,7 @@
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
 #include "results/stored_summary.hpp"
-#include "results/summary_table.hpp"
+#include "results/summary.hpp"
 
 namespace hotpath::commands {
 

@@ -12,7 +12,7 @@
 #include "program/whole_file.hpp"
 #include "results/stored_run.hpp"
 #include "results/stored_summary.hpp"
-#include "results/summary_table.hpp"
+#include "results/summary.hpp"
 
 namespace hotpath::commands {
 

@@ -5,7 +5,7 @@
 #include "program/json_fields.hpp"
 #include "program/python_tool.hpp"
 #include "program/whole_file.hpp"
-#include "results/distribution.hpp"
+#include "results/stored_summary.hpp"
 
 namespace hotpath::comparison {
 

@@ -21,11 +21,11 @@ void divide(Time from, Time to, const std::vector<Held>& all, const auto& betwee
   for (const Held& h : all) {
     const Time begin = std::max(from, h.from), end = std::min(h.to, to);
     if (end < begin) continue;
-    between(from, begin);
+    if (begin > from) between(from, begin);
     held(*h.by, begin, end);
     from = end;
   }
-  between(from, to);
+  if (to > from) between(from, to);
 }
 
 std::vector<Held> held_by(const std::vector<const Seen*>& jobs) {
@@ -238,7 +238,6 @@ class Account {
 
   /// The worker that will run the job has none.
   void gap(const Waiting& w, Time from, Time to) {
-    if (to <= from) return;
     divide(
         from, to, displaced(w.job, Time::min(), from, to),
         [&](Time begin, Time end) { gap_on_core(w, begin, end); },
@@ -248,7 +247,6 @@ class Account {
   }
 
   void gap_on_core(const Waiting& w, Time from, Time to) {
-    if (to <= from) return;
     std::vector<const Seen*> same_group = around_.window.beside(w.job.worker, from, to);
     std::erase_if(same_group, [&](const Seen* other) {
       const JobRecord& r = other->record;
@@ -265,7 +263,6 @@ class Account {
 
   /// No job that was recorded kept the waiting job from starting.
   void idle(const Waiting& w, Time from, Time to) {
-    if (to <= from) return;
     const Time arrival = w.timer ? from : std::clamp(w.arrival, from, to);
     add(Cause::delivery, w.step, arrival - from);
     const Duration left = to - arrival;

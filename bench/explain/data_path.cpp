@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "explain/data_path.hpp"
+#include "explain/explainer.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -21,7 +21,7 @@
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
 #include "results/run_folder.hpp"
-#include "results/summary_table.hpp"
+#include "results/summary.hpp"
 #include "setup/run_setup.hpp"
 #include "setup/setup_facts.hpp"
 

@@ -26,7 +26,7 @@
 #include "program/text.hpp"
 #include "results/executor_label.hpp"
 #include "results/run_folder.hpp"
-#include "results/summary_table.hpp"
+#include "results/summary.hpp"
 #include "setup/run_setup.hpp"
 #include "setup/setup_facts.hpp"
 #include "setup/utilisation.hpp"

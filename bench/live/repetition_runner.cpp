@@ -19,7 +19,7 @@
 #include "program/child_process.hpp"
 #include "program/interrupt.hpp"
 #include "program/text.hpp"
-#include "results/swapped_arrivals.hpp"
+#include "results/schedule.hpp"
 
 namespace hotpath::live {
 

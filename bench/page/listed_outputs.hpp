@@ -5,7 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
-#include "explain/stored_outputs.hpp"
+#include "explain/explain.hpp"
 
 namespace hotpath::page {
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <deque>
 #include <map>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "hotpath/analysis/statistics.hpp"
 #include "hotpath/core/trace.hpp"
 #include "program/json_record.hpp"
+#include "results/schedule.hpp"
 
 namespace hotpath::results {
 
@@ -44,9 +46,7 @@ class StartDistances {
  public:
   /// Adds a job that ran, and passes on the distances that become known.
   void add(const JobRecord& r, bool counted, const auto& use) {
-    const Started job{r.start, r.job.sequence + 1 + r.job.skipped, counted};
-    if (waiting_.empty() && r.job.sequence <= next_) return take(job, use);
-    waiting_.emplace(r.job.sequence, job);
+    waiting_.emplace(r.job.sequence, Started{r.start, r.job.sequence + 1 + r.job.skipped, counted});
     while (!waiting_.empty() && waiting_.begin()->first <= next_) take_first(use);
   }
   /// A job that still waits or runs at the end is left out.
@@ -60,13 +60,13 @@ class StartDistances {
     std::uint64_t next = 0;  // sequence of the next job
     bool counted = false;
   };
-  void take(const Started& job, const auto& use) {
+  void take_first(const auto& use) {
+    const Started job = waiting_.extract(waiting_.begin()).mapped();
     next_ = job.next;
     if (!job.counted) return;
     if (before_) use(job.start - *before_);
     before_ = job.start;
   }
-  void take_first(const auto& use) { take(waiting_.extract(waiting_.begin()).mapped(), use); }
 
   std::map<std::uint64_t, Started> waiting_;  // by sequence
   std::optional<Time> before_;
@@ -213,6 +213,26 @@ void fields(auto& visit, const TaskMeasures& part, TaskKind kind, bool timers_on
   visit("deadline_overruns", part.after_warm_up.deadline_overruns);
 }
 
+/// The measures of the jobs of one repetition, job by job: in 8 bytes per counted job, 16 more per counted job
+/// of a timer, and 32 more in sets without subscriptions.
+class JobMeasures {
+ public:
+  /// Without the samples (`keeps_samples`) there are no quantiles.
+  JobMeasures(const TaskSet& set, Time counted_from, Time end, bool keeps_samples = true);
+
+  void add(const JobRecord& job);
+  /// Ends the repetition: the measures by task.
+  [[nodiscard]] std::vector<TaskMeasures> result();
+
+ private:
+  const TaskSet& set_;
+  const Time counted_from_, end_;
+  std::vector<TaskMeasures> tasks_;
+  std::vector<StartDistances> starts_;                       // by task
+  std::optional<NextCalls> next_calls_;                      // for sets without subscriptions
+  std::vector<std::vector<std::pair<Time, Time>>> counted_;  // with them: starts and finishes by task
+};
+
 /// The counted chain records of a run. The same rule holds for jobs and chains: a sample belongs to
 /// the warm-up if its job's timestamp is before `counted_from`. A chain uses the sink's job. A record
 /// without a recorded sink job counts, because buffers fill up only at the end of a run.
@@ -237,6 +257,55 @@ void fields(auto& visit, const TaskMeasures& part, TaskKind kind, bool timers_on
     if (r.chain == chain && latency) samples.push_back(to_ms(*latency));
   }
   return samples;
+}
+
+/// Resource usage of a run from its first release to its stop, summed over its processes.
+struct ProcessUsage {
+  Duration cpu_time{};
+  std::int64_t peak_memory_kib = 0;
+  std::int64_t voluntary_switches = 0;
+  std::int64_t involuntary_switches = 0;
+  Duration stolen{};     ///< Time withheld by the hypervisor, summed over the run's CPUs.
+  Duration throttled{};  ///< Time lost to a quota of CPU time or to overheating, likewise.
+  Duration others{};     ///< CPU time of other processes, divided by the number of the run's CPUs.
+  Duration wall{};
+
+  /// A time in percent of the length.
+  [[nodiscard]] double percent(Duration time) const {
+    return 100.0 * static_cast<double>(time.count()) / static_cast<double>(wall.count());
+  }
+  /// Adds the usage of another run, except memory: the maximum counts.
+  ProcessUsage& operator+=(const ProcessUsage& other) {
+    using Usage = ProcessUsage;
+    for (const auto time : {&Usage::cpu_time, &Usage::stolen, &Usage::throttled, &Usage::others, &Usage::wall})
+      this->*time += other.*time;
+    peak_memory_kib = std::max(peak_memory_kib, other.peak_memory_kib);
+    voluntary_switches += other.voluntary_switches;
+    involuntary_switches += other.involuntary_switches;
+    return *this;
+  }
+};
+
+/// What disturbed a repetition with this usage, by the counters of the kernel: a phrase for each of
+/// `stolen`, `throttled` and `others` that exceeds its limit. A disturbed repetition is marked and
+/// counts like any other.
+[[nodiscard]] std::vector<std::string> disturbances(const ProcessUsage& usage);
+
+/// Suffixes of the keys name the units.
+void fields(auto& visit, program::MaybeConst<ProcessUsage> auto& part) {
+  constexpr double kMost_ms = 9e8;  // ten days, so that the sum over 10000 repetitions does not overflow
+  constexpr std::int64_t kMost = 1'000'000'000'000;
+  visit.ms("cpu_time_ms", part.cpu_time, kMost_ms);
+  visit.ms("wall_ms", part.wall, kMost_ms);
+  visit("cpu_use_percent",
+        part.wall > Duration() ? std::optional(part.percent(part.cpu_time)) : std::nullopt);
+  visit.up_to(kMost, "peak_memory_kib", part.peak_memory_kib);
+  visit.up_to(kMost, "voluntary_context_switches", part.voluntary_switches);
+  visit.up_to(kMost, "involuntary_context_switches", part.involuntary_switches);
+  visit.ms("stolen_ms", part.stolen, kMost_ms);
+  if (!visit.has("others_ms")) return;  // of an older version
+  visit.ms("throttled_ms", part.throttled, kMost_ms);
+  visit.ms("others_ms", part.others, kMost_ms);
 }
 
 }  // namespace hotpath::results

@@ -13,7 +13,7 @@
 #include "hotpath/reference_system/work.hpp"
 #include "machine/machine.hpp"
 #include "program/json_record.hpp"
-#include "results/process_usage.hpp"
+#include "results/measures.hpp"
 
 namespace hotpath::results {
 

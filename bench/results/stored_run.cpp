@@ -2,20 +2,27 @@
 #include "results/stored_run.hpp"
 
 #include <algorithm>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <set>
 
 #include "hotpath/core/csv.hpp"
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/core/registry.hpp"
 #include "hotpath/core/trace_csv.hpp"
 #include "program/errors.hpp"
+#include "program/hash.hpp"
 #include "program/json_fields.hpp"
 #include "program/memory_limit.hpp"
 #include "program/text.hpp"
+#include "program/whole_file.hpp"
 #include "results/measures.hpp"
 #include "results/schedule.hpp"
 
 namespace hotpath::results {
 
+namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace {
@@ -29,9 +36,17 @@ auto find_trace(auto& traces, const std::string& executor, std::uint32_t repetit
       traces, [&](const Trace& t) { return t.executor == executor && t.repetition == repetition; });
 }
 
+std::string hash_of(const std::string& content) {
+  return program::text("%016llx", static_cast<unsigned long long>(program::hash_of(content)));
+}
+
+std::string content_of(std::ifstream in) {
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
 }  // namespace
 
-StoredRun::StoredRun(std::filesystem::path folder, std::string option)
+StoredRun::StoredRun(fs::path folder, std::string option)
     : folder_(std::move(folder)), option_(std::move(option)) {
   std::ifstream in = open("run.json");
   bool repeated = false;
@@ -55,9 +70,9 @@ StoredRun::StoredRun(std::filesystem::path folder, std::string option)
 
 std::ifstream StoredRun::open(const char* file) const {
   const std::string remedy =
-      std::filesystem::exists(folder_ / "run" / file)  // of an import
+      fs::exists(folder_ / "run" / file)  // of an import
           ? "give " + (folder_ / "run").string()
-          : std::filesystem::exists(folder_ / (std::string(file) + ".part"))
+          : fs::exists(folder_ / (std::string(file) + ".part"))
                 ? "if the run was killed, `hotpath doctor RUN --recover` saves what it has finished"
                 : "give the folder of a complete run, as written by `hotpath run` or `simulate` without "
                   "--no-trace";
@@ -103,7 +118,7 @@ void StoredRun::load(const TaskSet& set) {
 void StoredRun::load() {
   constexpr double kShortRow = 100;  // bytes of jobs.csv
   std::error_code none;
-  const auto size = static_cast<double>(std::filesystem::file_size(folder_ / "jobs.csv", none));
+  const auto size = static_cast<double>(fs::file_size(folder_ / "jobs.csv", none));
   if (!none) {
     program::check_trace_memory(size / kShortRow * sizeof(JobRecord), option_ + " " + folder_.string(),
                                 "a shorter run, or a machine with more memory");
@@ -151,7 +166,34 @@ void StoredRun::fail_missing(const std::string& executor, std::uint32_t repetiti
        (runs.empty() ? "it has no repetitions" : "it has " + program::joined(runs)));
 }
 
-json summarize_golden_trace(const std::filesystem::path& file) {
+void keep_input(const RunFolder& folder, RunRecord& record, const std::string& kind, const fs::path& original,
+                std::string name) {
+  const std::string content = content_of(open_input(original, "it is an input of the run"));
+  std::error_code ignored;
+  const fs::path absolute = fs::absolute(original, ignored);
+  if (name.empty()) name = program::concat("input_", kind, original.extension().string());
+  program::create_folder((folder.path() / name).parent_path());
+  folder.write(name, content);
+  record.inputs.push_back({kind, name, absolute.lexically_normal(), hash_of(content)});
+}
+
+std::optional<fs::path> kept_input(const StoredRun& run, const std::string& kind) {
+  const auto& inputs = run.record().inputs;
+  const auto kept = std::ranges::find(inputs, kind, &InputRecord::kind);
+  if (kept == inputs.end()) return std::nullopt;
+  fs::path copy = run.folder() / fs::path(kept->file).filename();
+  if (!fs::exists(copy)) run.fail("its file " + copy.string() + " is missing");
+  static std::set<fs::path> warned;
+  const std::ifstream original(kept->original);
+  if (original && hash_of(content_of(std::ifstream(kept->original))) != kept->hash &&
+      warned.insert(copy).second) {
+    std::cerr << "warning: " << kept->original << " has changed since the run; its copy " << copy.string()
+              << " is used\n";
+  }
+  return copy;
+}
+
+json summarize_golden_trace(const fs::path& file) {
   const GoldenTrace trace = read_golden_trace(file);
   // The executor decides how timestamps follow from next calls; the authors' response times need none.
   const std::string executor = file.stem().extension().string();  // with its dot

@@ -5,10 +5,12 @@
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "hotpath/core/trace_csv.hpp"
+#include "results/run_folder.hpp"
 #include "results/run_record.hpp"
 #include "results/summary.hpp"
 
@@ -93,6 +95,15 @@ class StoredRun {
   TaskSet tasks_;
   std::vector<Trace> traces_;
 };
+
+/// Copies an input of a run into its folder, as `name` or else by its kind, and notes it in `record`.
+/// Throws RunError if the copy cannot be written, InputError if the input cannot be read.
+void keep_input(const RunFolder& folder, RunRecord& record, const std::string& kind,
+                const std::filesystem::path& original, std::string name = "");
+
+/// The run's own copy of its input of a kind; none in runs of older versions. Warns on standard
+/// error, once, if the original has changed since.
+[[nodiscard]] std::optional<std::filesystem::path> kept_input(const StoredRun& run, const std::string& kind);
 
 /// {tasks: [{task, response_max_ms, TimerCounts}]} of a golden trace SET.EXECUTOR.csv; deadlines are compared
 /// with the authors' response times.

@@ -2,80 +2,104 @@
 #include "results/stored_summary.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 #include <tuple>
 #include <utility>
 
 #include "program/text.hpp"
-#include "results/executor_measures.hpp"
+#include "results/measures.hpp"
 
 namespace hotpath::results {
 
 namespace {
 
-/// The place of an executor among those of run.json; behind all of them if it is not there.
-std::size_t place_of(const StoredRun& run, std::string_view executor) {
-  return static_cast<std::size_t>(std::ranges::find(run.executors(), executor) - run.executors().begin());
+constexpr std::size_t kBlocks = 20, kLeastForBlocks = 4 * kBlocks;
+constexpr int kPointsOfDecade = 20;  // of the logarithmic tail of a distribution
+
+double rounded(double value, double digits) { return std::nearbyint(value * digits) / digits; }
+
+/// Where a distribution of `n` samples is drawn: evenly up to 0.9, then evenly on the logarithmic axis up
+/// to the last probability that `n` samples resolve, and 1.
+std::vector<double> probabilities(std::size_t n) {
+  std::vector<double> found;
+  for (int k = 0; k <= 45; ++k) found.push_back(k / 50.0);
+  const double decades = std::max(0.0, std::log10(static_cast<double>(n)) - 1);
+  for (int k = 1; k <= static_cast<int>(decades * kPointsOfDecade); ++k)
+    found.push_back(rounded(1 - 0.1 * std::pow(10.0, -static_cast<double>(k) / kPointsOfDecade), 1e12));
+  found.push_back(1);
+  return found;
 }
 
-class StoredSummary {
+/// The repetitions of a stored run, with the measures of their jobs instead of the jobs.
+class Repetitions {
  public:
-  StoredSummary(const StoredRun& run, const SummaryOptions& options) : run_(run) {
-    for (const std::string& executor : run.executors()) all_.emplace_back(executor, run.tasks(), options);
-  }
+  using Key = std::pair<std::string, std::uint32_t>;  // executor and repetition
+
+  Repetitions(const StoredRun& run, Duration warm_up) : run_(run), warm_up_(warm_up) {}
 
   void add(const JobRow& row) {
-    if (stored_ == nullptr || row.repetition != stored_->repetition || row.executor != stored_->executor)
-      begin(row);
-    accounts_[row.record.job.task].add(row.record);
-    all_[executor_].add(row.record);
+    if (current_ == nullptr || row.repetition != current_->trace.repetition ||
+        row.executor != current_->trace.executor)
+      begin(std::string(row.executor), row.repetition);
+    current_->accounts[row.record.job.task].add(row.record);
+    measures_->add(row.record);
   }
-
-  void end_repetition() {
-    if (stored_ == nullptr) return;
-    const RepetitionRecord& stored = *std::exchange(stored_, nullptr);
-    run_.check([&] {
-      for (TaskAccount& a : accounts_) a.expected = stored.expected_of(run_.tasks()[a.task].name);
-    });
-    all_[executor_].end(stored.repetition, stored.usage, stored.lost_records, accounts_);
+  void end() {
+    if (current_ != nullptr) std::exchange(current_, nullptr)->measures = measures_->result();
   }
-
   void add(const ChainRow& row) {
-    const std::size_t executor = place_of(run_, row.executor);
-    const auto drops = drops_.find({executor, row.repetition});
-    if (drops == drops_.end()) run_.refuse_chain(row);
-    ChainRecord record = row.record;
+    const auto repetition = all_.find({row.executor, row.repetition});
+    if (repetition == all_.end()) run_.refuse_chain(row);
+    std::vector<ChainRecord>& chains = repetition->second.trace.chains;
+    chains.push_back(row.record);
     // run.json has only the sum of the drops; it is assigned to the first output.
-    std::uint64_t& left = drops->second[run_.chains()[record.chain]];
-    record.dropped = static_cast<std::uint32_t>(std::exchange(left, 0));
-    all_[executor].add(row.repetition, record);
+    std::uint64_t& left = drops_[{row.executor, row.repetition}][run_.chains()[row.record.chain]];
+    chains.back().dropped = static_cast<std::uint32_t>(std::exchange(left, 0));
   }
 
-  std::vector<ExecutorMeasures> measures() && { return std::move(all_); }
+  /// By executor of run.json.
+  [[nodiscard]] std::vector<ExecutorRuns> by_executor() && {
+    std::vector<ExecutorRuns> runs;
+    for (const std::string& executor : run_.executors()) {
+      std::vector<Repetition>& own = runs.emplace_back(ExecutorRuns{executor, {}}).repetitions;
+      for (auto& [key, repetition] : all_)
+        if (key.first == executor) own.push_back(std::move(repetition));
+    }
+    return runs;
+  }
 
  private:
-  void begin(const JobRow& row) {
-    end_repetition();
-    const std::string name(row.executor);
-    stored_ = &run_.run(name, row.repetition);
-    executor_ = place_of(run_, name);
-    if (executor_ == all_.size()) run_.fail("its run.json does not name the executor " + name);
-    drops_[{executor_, row.repetition}] = stored_->hot_path_drops;
-    accounts_.assign(run_.tasks().size(), {});
-    for (TaskId id = 0; id < accounts_.size(); ++id) accounts_[id].task = id;
+  void begin(const std::string& executor, std::uint32_t number) {
+    end();
+    const RepetitionRecord& stored = run_.run(executor, number);
+    if (std::ranges::count(run_.executors(), executor) == 0)
+      run_.fail("its run.json does not name the executor " + executor);
+    current_ = &all_[{executor, number}];
+    drops_[{executor, number}] = stored.hot_path_drops;
+    current_->usage = stored.usage;
+    current_->trace.executor = executor;
+    current_->trace.repetition = number;
+    current_->trace.lost_records = stored.lost_records;
     // jobs.csv lacks the end of the run. An interrupted live run was shorter than planned; a
     // simulation has no wall time.
-    all_[executor_].begin(Time{}, Time{} + run_.length_of(stored_->usage));
+    current_->trace.end = Time{} + run_.length_of(stored.usage);
+    const TaskSet& set = run_.tasks();
+    run_.check([&] {
+      for (TaskId id = 0; id < set.size(); ++id)
+        current_->accounts.push_back({.task = id, .expected = stored.expected_of(set[id].name)});
+    });
+    measures_.emplace(set, Time{} + warm_up_, current_->trace.end);
   }
 
   const StoredRun& run_;
-  std::vector<ExecutorMeasures> all_;
-  const RepetitionRecord* stored_ = nullptr;  // the current repetition
-  std::size_t executor_ = 0;                  // of the current repetition
-  std::vector<TaskAccount> accounts_;
-  /// By executor and repetition, then by chain.
-  std::map<std::pair<std::size_t, std::uint32_t>, std::map<std::string, std::uint64_t>> drops_;
+  const Duration warm_up_;
+  std::map<Key, Repetition> all_;
+  std::map<Key, std::map<std::string, std::uint64_t>> drops_;  // not yet assigned, by chain
+  Repetition* current_ = nullptr;
+  std::optional<JobMeasures> measures_;  // of the current repetition
 };
 
 /// Samples by repetition and name, in the order of their first ones.
@@ -117,11 +141,11 @@ void for_each_record(const StoredRun& run, const std::function<void(const JobRow
 }
 
 Summary summarize(const StoredRun& run, const SummaryOptions& options) {
-  StoredSummary stored(run, options);
-  for_each_record(run, [&](const JobRow& row) { stored.add(row); });
-  stored.end_repetition();
-  run.for_each_chain([&](const ChainRow& row) { stored.add(row); });
-  Summary summary = ExecutorMeasures::summary(std::move(stored).measures(), options);
+  Repetitions repetitions(run, options.warm_up);
+  for_each_record(run, [&](const JobRow& row) { repetitions.add(row); });
+  repetitions.end();
+  run.for_each_chain([&](const ChainRow& row) { repetitions.add(row); });
+  Summary summary = summarize(run.tasks(), std::move(repetitions).by_executor(), options);
   for (const RepetitionRecord& r : run.record().runs) {
     const auto executor = std::ranges::find(summary.executors, r.executor, &ExecutorSummary::executor);
     if (run.record().simulation && executor != summary.executors.end()) executor->overload = r.failure;
@@ -150,6 +174,29 @@ void add(nlohmann::json& samples, const ChainRecord& output) {
   const auto age = output.latency(Latency::age);
   samples["hot_path_ms"].push_back(to_ms(output.hot_path_latency));
   samples["age_ms"].push_back(age ? nlohmann::json(to_ms(*age)) : nlohmann::json());
+}
+
+RepeatedSamples resampled(std::vector<std::vector<double>> repetitions, bool exact) {
+  if (repetitions.size() != 1 || exact || repetitions[0].size() < kLeastForBlocks)
+    return RepeatedSamples(std::move(repetitions));
+  std::vector<std::vector<double>> blocks;
+  const std::size_t size = repetitions[0].size();
+  for (auto begin = repetitions[0].begin(); blocks.size() < kBlocks;) {
+    const auto end = begin + static_cast<std::ptrdiff_t>(size / kBlocks + (blocks.size() < size % kBlocks));
+    blocks.emplace_back(std::exchange(begin, end), end);
+  }
+  return RepeatedSamples(std::move(blocks));
+}
+
+nlohmann::json curve_of(const RepeatedSamples& samples) {
+  const std::vector<double> q = probabilities(samples.pooled().size());
+  nlohmann::json curve = {{"n", samples.pooled().size()}, {"q", q}};
+  for (const Estimate& e : estimate_quantiles(samples, q)) {
+    curve["value"].push_back(rounded(e.value, 1e6));
+    curve["low"].push_back(e.interval ? nlohmann::json(rounded(e.interval->low, 1e6)) : nlohmann::json());
+    curve["high"].push_back(e.interval ? nlohmann::json(rounded(e.interval->high, 1e6)) : nlohmann::json());
+  }
+  return curve;
 }
 
 }  // namespace hotpath::results

@@ -5,6 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
+#include "hotpath/analysis/statistics.hpp"
 #include "hotpath/core/trace_csv.hpp"
 #include "results/stored_run.hpp"
 
@@ -14,7 +15,7 @@ namespace hotpath::results {
 /// the rows of a repetition are not contiguous.
 void for_each_record(const StoredRun& run, const std::function<void(const JobRow&)>& use);
 
-/// The summary of a stored run, read row by row with ExecutorMeasures. Throws UsageError for files that are
+/// The summary of a stored run, read row by row. Throws UsageError for files that are
 /// missing or not of one run, InputError for malformed files.
 [[nodiscard]] Summary summarize(const StoredRun& run, const SummaryOptions& options);
 
@@ -27,6 +28,13 @@ using SampleRows = std::vector<nlohmann::json>;
 [[nodiscard]] SampleRows response_samples(const StoredRun& run);
 /// Adds an output of a chain.
 void add(nlohmann::json& samples, const ChainRecord& output);
+
+/// Samples for estimates: a single repetition becomes blocks of consecutive samples, unless it is `exact`:
+/// has no sampling error.
+[[nodiscard]] RepeatedSamples resampled(std::vector<std::vector<double>> repetitions, bool exact);
+
+/// The curve of a distribution with its intervals, in ms rounded to nanoseconds: {n, q, value, low, high}.
+[[nodiscard]] nlohmann::json curve_of(const RepeatedSamples& samples);
 
 struct CheckedRun {
   std::uint64_t rows = 0;  ///< Rows of jobs.csv.

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <iosfwd>
 #include <map>
 #include <optional>
 #include <string>
@@ -13,7 +14,6 @@
 #include "hotpath/core/trace.hpp"
 #include "program/json_record.hpp"
 #include "results/measures.hpp"
-#include "results/process_usage.hpp"
 
 // nlohmann's library finds these functions by argument-dependent lookup, also for elements of
 // vectors and optionals: each stands in the namespace of its type.
@@ -83,9 +83,21 @@ struct ChainSummary {
   [[nodiscard]] const LatencySummary& latency(Latency of) const {
     return of == Latency::age ? end_to_end : hot_path;
   }
-  void add(const ChainRecord& output) {
-    drops += output.dropped;
-    if (output.disparity.count() >= 0) disparity_ms.add(output.disparity);
+  /// Adds the outputs of the chain in one repetition.
+  void add(const std::vector<const ChainRecord*>& outputs) {
+    std::vector<Time> finishes;
+    for (const ChainRecord* const r : outputs) {
+      drops += r->dropped;
+      if (r->disparity.count() >= 0) disparity_ms.add(r->disparity);
+      if (r->finish != kNever) finishes.push_back(r->finish);
+    }
+    std::ranges::sort(finishes);
+    for (std::size_t k = 1; k < finishes.size(); ++k) interval_ms.add(finishes[k] - finishes[k - 1]);
+  }
+  /// Ends the adding of repetitions.
+  void settle() {
+    interval_ms.settle();
+    disparity_ms.settle();
   }
 };
 void fields(auto& visit, const ChainSummary& part) {
@@ -198,6 +210,17 @@ struct ExecutorSummary {
   [[nodiscard]] std::size_t never_ran() const {
     return static_cast<std::size_t>(std::ranges::count_if(tasks, &TaskSummary::never_ran));
   }
+  /// Ends the adding of repetitions: what follows from the measures of the tasks and the usage.
+  void settle() {
+    for (const TaskSummary& task : tasks) {
+      executed += task.account[Outcome::ran];
+      skipped += task.account[Outcome::skipped];
+      overwritten += task.account[Outcome::overwritten];
+      after_warm_up += task.after_warm_up;
+    }
+    if (executed > 0 && usage.wall > Duration{})  // a simulation uses no CPU time
+      cpu_per_callback_us = static_cast<double>(usage.cpu_time.count()) / 1e3 / static_cast<double>(executed);
+  }
 };
 
 /// The tasks that starved: `Node/topic never ran`, or `Node/topic ran 3 of 300 times`.
@@ -229,6 +252,16 @@ struct Summary {
 /// price, and how sure that is; before them the executors that cannot keep up. Executors that starve a task,
 /// or that give fewer than 19 of 20 outputs of another one, cannot win.
 [[nodiscard]] std::vector<std::string> verdict(const Summary& summary);
+
+enum class Detail { short_answer, all };
+
+/// Writes the verdict(), then for each chain a table of the ages with a row per executor, each interval below
+/// its value; with `all` also its outputs, all jobs and the least regular timers. A graph without chains has
+/// a table of jobs. At most ten starved tasks per executor follow: tasks that never ran, and timers with a
+/// job that waited longer than the period; then what could mislead, such as a broken loss equation. Plain
+/// ASCII, at most 120 columns if executor names have at most 9 characters and latencies are below 1 s. `-`:
+/// not measured.
+void write_table(std::ostream& out, const Summary& summary, Detail detail = Detail::all);
 
 /// The content of summary.json. Suffixes of the keys name the units (`_ms`, `_us`, `_s`, `_kib`,
 /// `_percent`) of all values below a key; unmeasured values are null.

@@ -9,7 +9,7 @@
 #include "hotpath/reference_system/graph.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/text.hpp"
-#include "results/kept_inputs.hpp"
+#include "results/stored_run.hpp"
 #include "setup/deployed_system.hpp"
 #include "setup/revision.hpp"
 

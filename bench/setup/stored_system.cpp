@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "program/text.hpp"
-#include "results/kept_inputs.hpp"
+#include "results/stored_run.hpp"
 
 namespace hotpath::setup {
 

@@ -14,7 +14,7 @@
 #include "program/errors.hpp"
 #include "program/text.hpp"
 #include "results/executor_label.hpp"
-#include "results/kept_inputs.hpp"
+#include "results/stored_run.hpp"
 #include "simulated/repetition.hpp"
 
 namespace hotpath::simulated {

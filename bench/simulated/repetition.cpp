@@ -7,7 +7,7 @@
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
-#include "results/executor_measures.hpp"
+#include "results/measures.hpp"
 #include "simulated/simulated_system.hpp"
 
 namespace hotpath::simulated {

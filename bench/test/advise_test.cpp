@@ -5,7 +5,7 @@
 #include <fstream>
 #include <map>
 
-#include "advise/advice_files.hpp"
+#include "advise/advice_report.hpp"
 #include "advise/candidates.hpp"
 #include "graph_fixture.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "results/summary_table.hpp"
+#include "results/summary.hpp"
 
 #include <gmock/gmock.h>
 

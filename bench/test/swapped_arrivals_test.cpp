@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "results/swapped_arrivals.hpp"
+#include "results/schedule.hpp"
 
 #include <gmock/gmock.h>
 

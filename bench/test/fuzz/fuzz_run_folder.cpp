@@ -5,7 +5,7 @@
 
 #include "fuzz.hpp"
 #include "results/stored_summary.hpp"
-#include "results/summary_table.hpp"
+#include "results/summary.hpp"
 
 namespace {
 
