@@ -15,7 +15,6 @@
 #include "hotpath/reference_system/graph_writer.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
-#include "program/progress.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
@@ -53,12 +52,7 @@ std::vector<Prediction> predicted(const Advice& advice, const std::string& title
   Options options = advice.options;
   options.draws = advice.asked_draws();
   options.budget_s *= share;
-  const Duration budget = setup::seconds(options.budget_s);
-  program::Progress progress(1, budget);
-  progress.begin(title);
-  const auto begin = std::chrono::steady_clock::now();
-  return predict(candidates, options, advice.objective,
-                 [&] { progress.update(std::chrono::steady_clock::now() - begin, budget); });
+  return predict(candidates, options, advice.objective, title);
 }
 
 Doubt doubted(const Advice& advice, const std::string& assumption,

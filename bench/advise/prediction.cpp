@@ -11,6 +11,7 @@
 #include "hotpath/analysis/parallel.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "program/interrupt.hpp"
+#include "program/progress.hpp"
 #include "program/text.hpp"
 #include "results/measures.hpp"
 #include "setup/deployed_system.hpp"
@@ -96,18 +97,19 @@ SimulatedDraw simulate_draw(const Candidate& candidate, const setup::CommonOptio
 }
 
 std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const Options& options,
-                                const Objective& objective, const std::function<void()>& progress) {
+                                const Objective& objective, const std::string& title) {
+  const Duration budget = setup::seconds(options.budget_s);
+  program::Progress progress(1, budget);
+  progress.begin(title);
   const auto begin = std::chrono::steady_clock::now();
-  const auto ends = [&] {
-    return std::chrono::steady_clock::now() - begin > setup::seconds(options.budget_s) ||
-           program::interrupted() != 0;
-  };
+  const auto elapsed = [&] { return std::chrono::steady_clock::now() - begin; };
   std::vector<Prediction> predictions(candidates.size());
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     predictions[c].candidate = &candidates[c];
     predictions[c].overload = candidates[c].load.overload;
   }
-  for (std::uint32_t d = 0; d < options.draws && (d == 0 || !ends()); ++d) {
+  for (std::uint32_t d = 0;
+       d < options.draws && (d == 0 || (elapsed() <= budget && program::interrupted() == 0)); ++d) {
     for_each_index(candidates.size(), options.threads, [&](std::size_t c) {
       Prediction& p = predictions[c];
       try {
@@ -116,7 +118,7 @@ std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const 
         p.overload = error.what();
       }
     });
-    progress();
+    progress.update(elapsed(), budget);
   }
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     if (!predictions[c].keeps_up()) continue;

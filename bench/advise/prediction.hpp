@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -33,12 +32,12 @@ struct Prediction {
 
 /// Simulates all candidates that can keep up, over Options::draws draws of phases and execution times; draw i
 /// has the same phases and times for every candidate. Stops after the draw in which Options::budget_s ends,
-/// or on interruption, so that all candidates have the same draws, at least one. `progress` is called after
-/// each draw. Results have the tightest bounds that a method covers, do not depend on Options::threads, and
+/// or on interruption, so that all candidates have the same draws, at least one. `title`: of the progress.
+/// Results have the tightest bounds that a method covers, do not depend on Options::threads, and
 /// are ordered by the objective, the best first: proven ones before all others, overloaded ones last.
 [[nodiscard]] std::vector<Prediction> predict(const std::vector<Candidate>& candidates,
                                               const Options& options, const Objective& objective,
-                                              const std::function<void()>& progress);
+                                              const std::string& title);
 
 /// One simulation of a candidate, with its jobs.
 struct SimulatedDraw {

@@ -55,7 +55,8 @@ struct Waiting {
 /// Divides intervals of a latency among causes. Every call accounts for all of its interval.
 class Account {
  public:
-  explicit Account(const Surroundings& around) : around_(around), system_(around.system) {}
+  Account(const System& system, const JobWindow& window, const ExecutionTimes* times)
+      : system_(system), window_(window), times_(times) {}
 
   /// The job `step` of the path runs in [from, to).
   void run(const JobRecord& job, std::size_t step, Time from, Time to) {
@@ -66,7 +67,7 @@ class Account {
   /// finished, that job runs on the path.
   void wait(const Seen& job, std::size_t step, Time from, Time to, const JobRecord* before) {
     const Waiting w = waiting(job, step, before);
-    std::vector<const Seen*> jobs = around_.window.of_worker(job.record.worker, from, to);
+    std::vector<const Seen*> jobs = window_.of_worker(job.record.worker, from, to);
     std::erase_if(jobs, [&](const Seen* other) { return other->order == job.order; });
     divide(
         from, to, held_by(jobs), [&](Time begin, Time end) { gap(w, begin, end); },
@@ -100,7 +101,7 @@ class Account {
     // The time for which the thread had no processor, where the execution time is known.
     std::optional<Duration> off;
     if (whole && job.cpu_time >= Duration{}) off = std::max(Duration{}, to - from - job.cpu_time);
-    if (whole && around_.times != nullptr) off = std::max(Duration{}, to - from - around_.times->of(job.job));
+    if (whole && times_ != nullptr) off = std::max(Duration{}, to - from - times_->of(job.job));
     std::vector<Held> held = displaced(job, job.start, from, to);
     // Jobs that work until an instant of the clock are not prolonged by time without a processor.
     if (!off && system_.wall_clock_work) held.clear();
@@ -128,7 +129,7 @@ class Account {
 
   /// When jobs of other threads kept the thread of `job`, busy since `since`, from its processor.
   [[nodiscard]] std::vector<Held> displaced(const JobRecord& job, Time since, Time from, Time to) const {
-    std::vector<const Seen*> others = around_.window.beside(job.worker, from, to);
+    std::vector<const Seen*> others = window_.beside(job.worker, from, to);
     std::erase_if(others, [&](const Seen* other) {
       const JobRecord& r = other->record;
       const bool shares_core = system_.simulated || (job.cpu >= 0 && r.cpu == job.cpu);
@@ -169,7 +170,7 @@ class Account {
                        : std::max(job.job.release, job.job.timestamp);
     w.arrival = std::clamp(w.arrival, std::min(job.job.timestamp, job.start), job.start);
     w.snapshot = job.job.release;
-    const std::deque<Seen>& own = around_.window.of_task(job.job.task);
+    const std::deque<Seen>& own = window_.of_task(job.job.task);
     for (auto other = own.rbegin(); other != own.rend() && other->record.finish > w.arrival; ++other) {
       const JobRecord& r = other->record;
       if (other->order >= seen.order || r.start < w.arrival || r.job.sequence > job.job.sequence) continue;
@@ -247,7 +248,7 @@ class Account {
   }
 
   void gap_on_core(const Waiting& w, Time from, Time to) {
-    std::vector<const Seen*> same_group = around_.window.beside(w.job.worker, from, to);
+    std::vector<const Seen*> same_group = window_.beside(w.job.worker, from, to);
     std::erase_if(same_group, [&](const Seen* other) {
       const JobRecord& r = other->record;
       return r.finish == r.start || !system_.share_group(r.job.task, w.job.job.task);
@@ -277,25 +278,18 @@ class Account {
     add(old_wait_set ? Cause::snapshot : Cause::unexplained, w.step, left - overhead);
   }
 
-  const Surroundings& around_;
   const System& system_;
+  const JobWindow& window_;
+  const ExecutionTimes* const times_;
   std::vector<Part> parts_;
 };
 
 }  // namespace
 
-std::vector<Part> parts_of_response(const Surroundings& around, const Seen& job) {
-  Account account(around);
-  const JobRecord& r = job.record;
-  account.wait(job, 0, r.job.timestamp, r.start, nullptr);
-  account.run(r, 0, std::max(r.start, r.job.timestamp), r.finish);
-  return account.take();
-}
-
 /// A cyclic node may read data that arrived after its job's start, where the hot path ends.
-std::vector<Part> parts_of_path(const Surroundings& around, const std::vector<const Seen*>& path, Time begin,
-                                Latency latency) {
-  Account account(around);
+std::vector<Part> parts_of_path(const System& system, const JobWindow& window, const ExecutionTimes* times,
+                                const std::vector<const Seen*>& path, Time begin, Latency latency) {
+  Account account(system, window, times);
   const JobRecord &source = path.front()->record, &sink = path.back()->record;
   const Time end = std::max(begin, sink.start);
   Time done = std::clamp(source.start, begin, end);
@@ -314,7 +308,7 @@ std::vector<Part> parts_of_path(const Surroundings& around, const std::vector<co
     account.wait(*path[i + 1], i + 1, ready, until, &job);
     done = until;
   }
-  if (latency == Latency::age) account.run(sink, path.size() - 1, end, sink.finish);
+  if (latency != Latency::hot_path) account.run(sink, path.size() - 1, end, sink.finish);
   return account.take();
 }
 

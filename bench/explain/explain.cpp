@@ -41,8 +41,7 @@ std::uint32_t place_of(const std::string& name, const auto& all, const char* wha
   for (const auto& one : all) names.push_back(one.name);
   const auto place = std::ranges::find(names, name);
   if (place != names.end()) return static_cast<std::uint32_t>(place - names.begin());
-  throw UsageError(
-      concat("--", what, ": there is no ", what, " ", name, "; ", suggest(name, names)));
+  throw UsageError(concat("--", what, ": there is no ", what, " ", name, "; ", suggest(name, names)));
 }
 
 /// Prints to standard output.
@@ -60,8 +59,9 @@ Output chosen(const Options& options, const std::vector<Output>& outputs) {
   if (!options.sequence) return at_quantile(sorted_by_latency(outputs), options.quantile.value_or(1));
   const auto output = std::ranges::find(outputs, *options.sequence, &Output::sequence);
   if (output != outputs.end()) return *output;
-  throw UsageError(concat("--sequence: no counted output has sequence ", *options.sequence, "; the first has ",
-                          outputs.front().sequence, ", the last ", outputs.back().sequence));
+  throw UsageError(concat("--sequence: no counted output has sequence ", *options.sequence,
+                          "; the first has ", outputs.front().sequence, ", the last ",
+                          outputs.back().sequence));
 }
 
 Overview overview_of(StoredOutputs& stored) {
@@ -144,9 +144,9 @@ StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& e
   }
   if (outputs_.empty()) {
     const std::string why = program::joined(subject_.warnings, " ");
-    run.fail(concat("it has no ", chain_ ? "output of " : "counted job of ", subject_.name,
-                             " under ", executor_, "; take another executor or repetition, or a longer run",
-                             why.empty() ? "" : ": " + why));
+    run.fail(concat("it has no ", chain_ ? "output of " : "counted job of ", subject_.name, " under ",
+                    executor_, "; take another executor or repetition, or a longer run",
+                    why.empty() ? "" : ": " + why));
   }
 }
 
@@ -270,8 +270,7 @@ void Overview::add(const Explanation& explanation) {
 void explain(const Options& options) {
   const bool one = options.worst || options.quantile || options.sequence;
   const bool compares = options.executors.size() == 2 || !options.other.empty();
-  if (options.executors.size() > 2)
-    throw UsageError("--executor: give one executor, or two to compare");
+  if (options.executors.size() > 2) throw UsageError("--executor: give one executor, or two to compare");
   if (compares && one) {
     throw UsageError(
         "explain: a comparison covers all outputs; leave out --worst, --quantile and --sequence");

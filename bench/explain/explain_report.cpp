@@ -40,21 +40,23 @@ Items largest(Items items, double least = 0) {
   return items;
 }
 
-/// The causes with their times, as `value` gives them.
-Items causes(const std::function<double(Cause)>& value, double least = 0) {
+/// The causes with their times in `of`, without those in `minus`.
+Items causes(const Totals& of, const Totals& minus = {}, double least = 0) {
   Items items;
-  for (const CauseText& cause : kCauseTexts) items.push_back({value(cause.value), cause.phrase});
+  for (const CauseText& cause : kCauseTexts)
+    items.push_back({of.mean_ms(cause.value) - minus.mean_ms(cause.value), cause.phrase});
   return largest(std::move(items), least);
 }
 
-/// The waits of `totals` with their times, as `value` gives them.
-Items waits(const TaskSet& set, const Totals& totals, const std::function<double(const Behind&)>& value) {
+/// The waits in `of` with their times, without those in `minus`.
+Items waits(const TaskSet& set, const Totals& of, const Totals& minus = {}) {
   Items items;
-  for (const auto& [behind, sum] : totals.behind) {
+  for (const auto& [behind, sum] : of.behind) {
     const char* const because = behind.rule != Rule::none         ? to_string(behind.rule)
                                 : behind.cause == Cause::executor ? ""
                                                                   : phrase(behind.cause);
-    items.push_back({value(behind), concat(set[behind.task].name, " (", because, ")")});
+    items.push_back(
+        {of.mean_ms(behind) - minus.mean_ms(behind), concat(set[behind.task].name, " (", because, ")")});
   }
   return largest(std::move(items));
 }
@@ -92,10 +94,6 @@ void add_waits(std::vector<std::string>& sentences, const std::string& beginning
   const std::string list =
       listed(items, kNamed, [&](const Item& i) { return concat(ms(i.ms), joint, i.text); });
   if (!list.empty()) sentences.push_back(concat(beginning, list, "."));
-}
-void add_waits(std::vector<std::string>& sentences, const char* beginning, const TaskSet& set,
-               const Totals& totals) {
-  add_waits(sentences, beginning, waits(set, totals, [&](const Behind& key) { return totals.mean_ms(key); }));
 }
 
 /// If running on the path is a part of the difference: whose jobs are only on one path, or take longer there.
@@ -231,11 +229,10 @@ std::vector<std::string> wait_sentences(const Subject& subject, const Explanatio
 /// The sentence about the outputs in the tail.
 std::string excess_of_tail(const TaskSet& set, const Overview& o) {
   const double median = o.middle.mean_ms(), tail = o.tail.mean_ms(), excess = tail - median;
-  const auto more = [&](const auto& key) { return o.tail.mean_ms(key) - o.middle.mean_ms(key); };
-  const Items grown = causes(more);
+  const Items grown = causes(o.tail, o.middle);
   if (tail <= median || grown.empty()) return "No output takes longer than the median.";
-  const Items shrunk = causes([&](Cause cause) { return -more(cause); }, excess / 100);
-  const Items jobs = waits(set, o.tail, more);
+  const Items shrunk = causes(o.middle, o.tail, excess / 100);
+  const Items jobs = waits(set, o.tail, o.middle);
   const bool equals =
       static_cast<double>(o.tail.outputs) > 2 + 2 * kTail * static_cast<double>(o.all.outputs);
   const std::string worst = concat(worst_share(), equals ? " and equal ones (" : " (", o.tail.outputs, " of ",
@@ -278,9 +275,7 @@ std::vector<std::string> gain_sentences(const Subject& a, const Totals& of_a, co
   if (gain == 0) return {concat(a.executor, " and ", b.executor, " are equally fast (", outputs, ").")};
   const Subject &fast = mean_b < mean_a ? b : a, &slow = mean_b < mean_a ? a : b;
   const Totals &less = mean_b < mean_a ? of_b : of_a, &more = mean_b < mean_a ? of_a : of_b;
-  const auto saving = [&](Cause cause) { return more.mean_ms(cause) - less.mean_ms(cause); };
-  const Items saved = causes(saving, gain / 100);
-  const Items added = causes([&](Cause cause) { return -saving(cause); }, gain / 100);
+  const Items saved = causes(more, less, gain / 100), added = causes(less, more, gain / 100);
   std::vector<std::string> all = {
       concat(fast.executor, " is faster than ", slow.executor, " by ", ms(gain), " on average, ",
              ms(std::min(mean_a, mean_b)), " instead of ", ms(std::max(mean_a, mean_b)), " (", outputs, ")."),
@@ -316,9 +311,9 @@ Report report(const Subject& subject, const Explanation& e) {
                                      first, " to the start of ", last, ".")
                             : concat("The oldest data in ", output, " was ", latency,
                                      " old, from the timestamp of ", first, " to the finish of ", last, "."));
-  const Items items = causes([&](Cause cause) { return totals.mean_ms(cause); });
+  const Items items = causes(totals);
   if (!items.empty()) r.sentences.push_back(concat("Its causes: ", shares(items, to_ms(e.latency)), "."));
-  add_waits(r.sentences, "The longest waits were ", set, totals);
+  add_waits(r.sentences, "The longest waits were ", waits(set, totals));
 
   r.data = subject_json(subject);
   r.data.update({{"repetition", e.repetition},
@@ -354,8 +349,7 @@ Report report(const Subject& subject, const Explanation& e) {
 
 Report report(const Subject& subject, const Overview& o) {
   const double mean = o.all.mean_ms();
-  const std::string list =
-      shares(causes([&](Cause cause) { return o.all.mean_ms(cause); }, mean / 100), mean);
+  const std::string list = shares(causes(o.all, {}, mean / 100), mean);
   Report r;
   const bool response = subject.latency == Latency::response, age = subject.latency == Latency::age,
              hot_path = subject.latency == Latency::hot_path;
@@ -368,7 +362,7 @@ Report report(const Subject& subject, const Overview& o) {
       : hot_path ? " takes "
                  : " take ",
       ms(mean), age ? " old" : "", " on average", list.empty() ? "" : ": ", list, "."));
-  add_waits(r.sentences, "The longest waits are, on average, ", subject.set, o.all);
+  add_waits(r.sentences, "The longest waits are, on average, ", waits(subject.set, o.all));
   r.sentences.push_back(excess_of_tail(subject.set, o));
   add_paths(r.sentences, subject.set, "of the " + worst_share(), o.tail, "of the median", o.middle);
   r.text = tables(subject.set, {{"all", o.all}, {"median", o.middle}, {worst_share(), o.tail}}) +

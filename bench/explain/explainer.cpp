@@ -176,20 +176,17 @@ void Explainer::explain_finished() {
 
 /// False if it is the output of another task of the sink's node, with a job of the same sequence.
 bool Explainer::explain_output(const Seen& job, const Output& output) {
-  const Surroundings around{system_, window_, times_};
   Explanation explanation{repetition_, output.latency, {}, true, {}};
   std::vector<const Seen*> path = {&job};
   const bool hot_path = latency_ == Latency::hot_path;
   const Time begin = (hot_path ? job.record.start : job.record.finish) - output.latency;
-  if (chain_ == nullptr) {
-    explanation.parts = parts_of_response(around, job);
-  } else {
+  if (chain_ != nullptr) {
     path = paths_.from_source(job, begin, hot_path);
     explanation.complete = !path.empty();
     if (path.empty() && output.sink == kNoTask && chain_->sink_tasks.size() > 1) return false;
     if (path.empty()) path = of_triggers(job, begin);
-    explanation.parts = parts_of_path(around, path, begin, latency_);
   }
+  explanation.parts = parts_of_path(system_, window_, times_, path, begin, latency_);
   for (const Seen* seen : path) explanation.path.push_back(seen->record);
   explanation.waits = waits_of(system_, window_, explanation, begin);
   ++explained_;

@@ -143,19 +143,11 @@ class DataPath {
   std::vector<const Seen*> path_;  // from the source on
 };
 
-/// The jobs around a latency, and what is known of them.
-struct Surroundings {
-  const System& system;
-  const JobWindow& window;
-  const ExecutionTimes* times;  ///< Of every job that works, in a simulation; nullptr: not known.
-};
-
-/// Divides the response time of a job among causes.
-[[nodiscard]] std::vector<Part> parts_of_response(const Surroundings& around, const Seen& job);
-
 /// Divides the latency of an output from `begin` on among causes: of the hot path, to the start of the last
-/// job of the path; else to its finish, with the first job's wait. Part::step is an index into `path`.
-[[nodiscard]] std::vector<Part> parts_of_path(const Surroundings& around,
+/// job of the path; else to its finish, with the first job's wait. Of a response time, the path is the job.
+/// Part::step is an index into `path`. `times`: of every job that works, in a simulation; nullptr: not known.
+[[nodiscard]] std::vector<Part> parts_of_path(const System& system, const JobWindow& window,
+                                              const ExecutionTimes* times,
                                               const std::vector<const Seen*>& path, Time begin,
                                               Latency latency);
 

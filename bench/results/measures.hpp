@@ -213,8 +213,8 @@ void fields(auto& visit, const TaskMeasures& part, TaskKind kind, bool timers_on
   visit("deadline_overruns", part.after_warm_up.deadline_overruns);
 }
 
-/// The measures of the jobs of one repetition, job by job: in 8 bytes per counted job, 16 more per counted job
-/// of a timer, and 32 more in sets without subscriptions.
+/// The measures of the jobs of one repetition, job by job: in 8 bytes per counted job, 16 more per counted
+/// job of a timer, and 32 more in sets without subscriptions.
 class JobMeasures {
  public:
   /// Without the samples (`keeps_samples`) there are no quantiles.
@@ -277,7 +277,8 @@ struct ProcessUsage {
   /// Adds the usage of another run, except memory: the maximum counts.
   ProcessUsage& operator+=(const ProcessUsage& other) {
     using Usage = ProcessUsage;
-    for (const auto time : {&Usage::cpu_time, &Usage::stolen, &Usage::throttled, &Usage::others, &Usage::wall})
+    for (const auto time :
+         {&Usage::cpu_time, &Usage::stolen, &Usage::throttled, &Usage::others, &Usage::wall})
       this->*time += other.*time;
     peak_memory_kib = std::max(peak_memory_kib, other.peak_memory_kib);
     voluntary_switches += other.voluntary_switches;

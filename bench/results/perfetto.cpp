@@ -49,48 +49,41 @@ class Events {
     if (named_.insert(-process_of(r)).second) {
       const std::string name =
           program::concat(window_.executor, ", repetition ", window_.repetition, ", process ", r.process);
-      add(r, "process_name", {{"ph", "M"}, {"args", {{"name", printable(name)}}}});
+      write(r, "process_name", {{"ph", "M"}, {"args", {{"name", printable(name)}}}});
     }
     if (named_.insert(thread_of(r)).second) {
       const std::string name = worker_name(window_.executor, r.worker);
-      add(r, "thread_name", {{"ph", "M"}, {"tid", thread_of(r)}, {"args", {{"name", name}}}});
+      write(r, "thread_name", {{"ph", "M"}, {"tid", thread_of(r)}, {"args", {{"name", name}}}});
     }
     json args = {{"sequence", r.job.sequence},
                  {"timestamp_ms", us(r.job.timestamp) / 1e3},
                  {"release_ms", us(r.job.release) / 1e3}};
     if (r.job.deadline != kNever) args["deadline_ms"] = us(r.job.deadline) / 1e3;
     const Task& task = tasks_[r.job.task];
-    add(r, task.name,
-        {{"ph", "X"},
-         {"tid", thread_of(r)},
-         {"ts", us(r.start)},
-         {"dur", to_us(r.duration())},
-         {"cat", to_string(task.kind)},
-         {"args", args}});
+    add(r, task.name, thread_of(r), r.start, to_string(task.kind),
+        {{"ph", "X"}, {"dur", to_us(r.duration())}, {"args", args}});
     // Subscriptions inherit deadlines, under EDF for their order; they never overrun.
     if (task.kind == TaskKind::timer && r.finish > r.job.deadline) add_marker(r, r.finish, "deadline missed");
   }
 
   /// An instant of a task.
   void add_marker(const JobRecord& r, Time at, const std::string& what) {
-    add(r, what + ": " + tasks_[r.job.task].name,
-        {{"ph", "i"}, {"tid", process_of(r)}, {"ts", us(at)}, {"s", "p"}, {"cat", what}});
+    add(r, what + ": " + tasks_[r.job.task].name, process_of(r), at, what, {{"ph", "i"}, {"s", "p"}});
   }
 
   /// The end of a message at the slice that was added last: `s`, its beginning, or `f`.
   void add_flow(const JobRecord& r, const char* phase, std::size_t id) {
-    add(r, "message",
-        {{"ph", phase},
-         {"tid", thread_of(r)},
-         {"ts", us(r.start)},
-         {"cat", "flow"},
-         {"id", id},
-         {"bp", "e"}});
+    add(r, "message", thread_of(r), r.start, "flow", {{"ph", phase}, {"id", id}, {"bp", "e"}});
   }
 
  private:
-  void add(const JobRecord& job, const std::string& name, json event) {
-    event.update({{"name", printable(name)}, {"pid", process_of(job)}});
+  void add(const JobRecord& r, const std::string& name, int thread, Time at, const std::string& category,
+           json event) {
+    event.update({{"tid", thread}, {"ts", us(at)}, {"cat", category}});
+    write(r, name, std::move(event));
+  }
+  void write(const JobRecord& r, const std::string& name, json event) {
+    event.update({{"name", printable(name)}, {"pid", process_of(r)}});
     out_ << std::exchange(separator_, ",\n") << event.dump(-1, ' ', false, json::error_handler_t::replace);
   }
 

@@ -112,10 +112,6 @@ std::vector<Duration> StoredRun::first_timestamps(const TaskSet& set, const std:
 
 void StoredRun::load(const TaskSet& set) {
   tasks_ = set;
-  load();
-}
-
-void StoredRun::load() {
   constexpr double kShortRow = 100;  // bytes of jobs.csv
   std::error_code none;
   const auto size = static_cast<double>(fs::file_size(folder_ / "jobs.csv", none));

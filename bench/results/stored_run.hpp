@@ -49,12 +49,10 @@ class StoredRun {
   [[nodiscard]] std::vector<Duration> first_timestamps(const TaskSet& set, const std::string& executor,
                                                        std::uint32_t repetition) const;
 
-  /// Loads jobs.csv and chains.csv for the tasks of a graph, or for the tasks in run.json, into
-  /// memory. To read job by job, use for_each_record() of stored_summary.hpp. Throws UsageError for
-  /// files that are missing, not of one run, or too large for the memory, InputError for files that
-  /// are malformed or of another graph.
+  /// Loads jobs.csv and chains.csv for the tasks of a graph, or those of run.json, into memory. To read job
+  /// by job, use for_each_record() of stored_summary.hpp. Throws UsageError for files that are missing, not
+  /// of one run, or too large for the memory, InputError for files that are malformed or of another graph.
   void load(const TaskSet& set);
-  void load();
 
   /// The tasks of run.json, or the tasks given to load().
   const TaskSet& tasks() const { return tasks_; }
@@ -72,20 +70,20 @@ class StoredRun {
   /// Throws UsageError with option, folder and `what`.
   [[noreturn]] void fail(const std::string& what) const;
 
-  /// Returns read(); nlohmann's exceptions and std::out_of_range become UsageError about `file`.
-  auto check(const auto& read, const char* file = "run.json") const {
+  /// Returns read(); nlohmann's exceptions and std::out_of_range become UsageError about run.json.
+  auto check(const auto& read) const {
     try {
       return read();
     } catch (const nlohmann::json::exception& error) {
-      fail_to_read(file, error.what());
+      fail_to_read(error.what());
     } catch (const std::out_of_range& error) {
-      fail_to_read(file, error.what());
+      fail_to_read(error.what());
     }
   }
 
  private:
-  [[noreturn]] void fail_to_read(const char* file, const std::string& why) const {
-    fail(std::string("its ") + file + " is not one of `hotpath run`: " + why);
+  [[noreturn]] void fail_to_read(const std::string& why) const {
+    fail("its run.json is not one of `hotpath run`: " + why);
   }
   [[noreturn]] void fail_missing(const std::string& executor, std::uint32_t repetition) const;
 

@@ -7,6 +7,8 @@
 #include <ostream>
 #include <span>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "hotpath/core/registry.hpp"
@@ -88,57 +90,56 @@ program::Table chain_table(const Summary& summary, std::size_t chain) {
   return table;
 }
 
+/// A table of what is shown() of parts of executors.
+template <class Part>
+struct ShownTable : program::Table {
+  explicit ShownTable(std::string of_text) : Table(std::move(of_text), {"executor"}) {
+    const auto add = [this](const char* column, const auto&) { header.emplace_back(column); };
+    shown(add, Part());
+  }
+  void add(const ExecutorSummary& e, const Part& part) {
+    std::vector<program::Value>& row = rows.emplace_back(1, e.executor);
+    const auto add = [&row](const char*, const auto& value) {
+      if constexpr (std::is_floating_point_v<std::remove_cvref_t<decltype(value)>>)
+        row.emplace_back(shown_number(value));
+      else
+        row.emplace_back(value);
+    };
+    shown(add, part);
+  }
+};
+
 /// What else users ask of the outputs of a chain.
 program::Table outputs_table(const Summary& summary, std::size_t chain) {
-  program::Table table("outputs of " + summary.executors.front().chains[chain].chain + ", in ms",
-                       {"executor", "outputs", "median\ninterval", "longest\ngap", "disparity,\nworst",
-                        "hot path,\nmedian", "hot path,\np99"});
+  ShownTable<ChainSummary> table("outputs of " + summary.executors.front().chains[chain].chain + ", in ms");
+  table.header.insert(table.header.end(), {"hot path,\nmedian", "hot path,\np99"});
   for (const ExecutorSummary& e : summary.executors) {
-    const ChainSummary& c = e.chains[chain];
-    if (e.overload.empty())
-      table.add_row({e.executor, c.hot_path.quantiles.n, shown_number(c.interval_ms.p50),
-                     shown_number(c.interval_ms.max), shown_number(c.disparity_ms.max),
-                     cell(c.hot_path, &Quantiles::p50, c.hot_path.median_to_default),
-                     cell(c.hot_path, &Quantiles::p99, std::nullopt)});
+    if (!e.overload.empty()) continue;
+    const LatencySummary& hot_path = e.chains[chain].hot_path;
+    table.add(e, e.chains[chain]);
+    table.rows.back().push_back(cell(hot_path, &Quantiles::p50, hot_path.median_to_default));
+    table.rows.back().push_back(cell(hot_path, &Quantiles::p99, std::nullopt));
   }
   return table;
 }
 
 program::Table jobs_table(const Summary& summary) {
-  program::Table table("jobs of all tasks",
-                       {"executor", "callbacks\nexecuted", "skipped", "over-\nwritten", "CPU us/\ncallback",
-                        "deadline\noverruns", "worst\nresponse ms", "as authors\ndefine it"});
-  for (const ExecutorSummary& e : summary.executors) {
-    if (!e.overload.empty()) {
-      table.add_row(overloaded(table, e));
-      continue;
-    }
-    double worst_ms = kNoValue, worst_authors_ms = kNoValue;  // the latter only in sets without subscriptions
-    for (const TaskSummary& task : e.tasks) {
-      worst_ms = std::fmax(worst_ms, task.response_ms.max);
-      worst_authors_ms = std::fmax(worst_authors_ms, task.response_authors_ms.max);
-    }
-    table.add_row({e.executor, e.executed, e.skipped, e.overwritten, shown_number(e.cpu_per_callback_us),
-                   e.after_warm_up.deadline_overruns, shown_number(worst_ms),
-                   shown_number(worst_authors_ms)});
-  }
+  ShownTable<ExecutorSummary> table("jobs of all tasks");
+  for (const ExecutorSummary& e : summary.executors)
+    e.overload.empty() ? table.add(e, e) : table.add_row(overloaded(table, e));
   return table;
 }
 
-/// Per executor the timer whose period varies most: upstream's third metric, for every timer.
+/// The timer whose period varies most: upstream's third metric, for every timer.
 void write_periods(std::ostream& out, const Summary& summary) {
-  program::Table table("period of the timer that varies most, in ms from start to start",
-                       {"executor", "timer", "period", "least", "greatest", "p99 off\nby"});
+  ShownTable<TaskSummary> table("period of the timer that varies most, in ms from start to start");
   for (const ExecutorSummary& e : summary.executors) {
     const TaskSummary* most = nullptr;
     for (const TaskSummary& task : e.tasks) {
       const double range = task.period_range_ms();
       if (std::isfinite(range) && (most == nullptr || range > most->period_range_ms())) most = &task;
     }
-    if (most == nullptr) continue;
-    table.add_row({e.executor, most->task, shown_number(to_ms(most->period)),
-                   shown_number(most->period_ms.min), shown_number(most->period_ms.max),
-                   shown_number(most->period_deviation_ms.p99)});
+    if (most != nullptr) table.add(e, *most);
   }
   if (!table.rows.empty()) out << table << '\n';
 }
@@ -155,8 +156,8 @@ void write_first(std::ostream& out, const std::string& start, const std::vector<
 void write_notes(std::ostream& out, const ExecutorSummary& e) {
   std::vector<std::string> unbalanced;
   for (const auto& [repetition, task, accounted, expected] : e.unbalanced)
-    unbalanced.push_back(concat("repetition ", repetition, ", ", task, ": ", accounted,
-                                         " accounted for, ", expected, " expected."));
+    unbalanced.push_back(concat("repetition ", repetition, ", ", task, ": ", accounted, " accounted for, ",
+                                expected, " expected."));
   write_first(out, "Loss equation broken: " + e.executor + ", ", unbalanced, 3,
               "%zu more, see summary.json.");
   if (e.lost_records > 0)
@@ -191,7 +192,7 @@ void write_starved(std::ostream& out, const ExecutorSummary& e) {
   std::ranges::stable_sort(late, std::greater(), severity);
   for (const TaskSummary* task : late)
     lines.push_back(concat(task->task, " waited up to ", shown_number(to_ms(task->longest_wait)),
-                                    " ms (period ", to_ms(task->period), " ms)"));
+                           " ms (period ", to_ms(task->period), " ms)"));
   write_first(out, e.executor + ": ", lines, 10, "and %zu more, see summary.json");
 }
 
@@ -273,29 +274,25 @@ std::string certainty(const Candidate& winner, bool to_default, bool alone = fal
                    : " Measured once: repeat it to know the noise.";
 }
 
-/// Whether people see one value.
-bool same(const Candidate& a, const Candidate& b) { return shown_number(a.p99()) == shown_number(b.p99()); }
-
-/// What the only executor with results loses.
-std::string losses(const ExecutorSummary& executor) {
-  return executor.lost() == 0 ? "" : concat(" It loses ", executor.lost(), " timestamps and samples.");
-}
-
 std::string sentence(const std::string& chain, const std::vector<Candidate>& all) {
   const Candidate& best = all.front();
   const std::string youngest = concat(chain, ": the data is youngest under ", best.name(), ": at most ",
                                       shown_number(best.p99()), " ms old in 99 of 100 outputs");
-  if (all.size() == 1)
+  if (all.size() == 1) {
+    const std::uint64_t lost = best.executor->lost();
     return concat(chain, ": under ", best.name(), ", half of the outputs use data that is at most ",
                   shown_number(best.age->quantiles.p50), " ms old, 99 of 100 at most ",
-                  shown_number(best.p99()), ".", losses(*best.executor), certainty(best, false, true));
+                  shown_number(best.p99()), ".",
+                  lost == 0 ? "" : concat(" It loses ", lost, " timestamps and samples."),
+                  certainty(best, false, true));
+  }
   const auto base = std::ranges::find_if(all, [&](const Candidate& c) {
     const ExecutorLabel label(c.name());
     return label.name == kBaselineExecutor && label.stack == ExecutorLabel(best.name()).stack;
   });
   const bool to_default = base != all.begin() && base != all.end();
   const Candidate& rival = to_default ? *base : all[1];
-  if (same(best, rival))
+  if (shown_number(best.p99()) == shown_number(rival.p99()))  // people see one value
     return concat(chain, ": the data is as old under ", best.name(), " as under ", rival.name(), ": at most ",
                   shown_number(best.p99()), " ms in 99 of 100 outputs.", certainty(best, to_default));
   if (!to_default)
@@ -311,8 +308,7 @@ std::string sentence(const std::string& chain, const std::vector<Candidate>& all
 std::vector<std::string> starved(const ExecutorSummary& executor) {
   std::vector<std::string> all;
   for (const TaskSummary& t : executor.tasks) {
-    const std::string ran =
-        concat(" ran ", t.account[Outcome::ran], " of ", t.account.accounted(), " times");
+    const std::string ran = concat(" ran ", t.account[Outcome::ran], " of ", t.account.accounted(), " times");
     if (t.starved()) all.push_back(t.task + (t.never_ran() ? " never ran" : ran));
   }
   return all;

@@ -43,6 +43,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     static_cast<void>(results::response_samples(run));
     static_cast<void>(nlohmann::json(summary).dump());
     write_table(out, summary);
-    run.load();
+    run.load(TaskSet(run.tasks()));
   });
 }
