@@ -2,6 +2,9 @@
 #include "advise/advice.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <functional>
 #include <iostream>
 #include <iterator>
 #include <nlohmann/json.hpp>

@@ -7,8 +7,8 @@
 #include "page/page_data.hpp"
 #include "program/errors.hpp"
 #include "program/shown_text.hpp"
-#include "results/stored_summary.hpp"
 #include "results/stored_run.hpp"
+#include "results/stored_summary.hpp"
 #include "results/summary.hpp"
 
 namespace hotpath::commands {

@@ -10,8 +10,8 @@
 #include "program/errors.hpp"
 #include "program/json_fields.hpp"
 #include "program/text.hpp"
-#include "results/stored_summary.hpp"
 #include "results/measures.hpp"
+#include "results/stored_summary.hpp"
 
 namespace hotpath::comparison {
 

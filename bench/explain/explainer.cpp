@@ -112,7 +112,7 @@ Explainer::Explainer(const System& system, std::optional<std::uint32_t> chain, s
                      Use use, Latency latency)
     : system_(system),
       chain_(chain ? &system.chains[*chain] : nullptr),
-      latency_(latency),
+      latency_(chain ? latency : Latency::response),
       outputs_(std::move(outputs)),
       use_(std::move(use)),
       done_(outputs_.size(), false),
