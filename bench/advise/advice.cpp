@@ -15,7 +15,7 @@
 #include "explain/explain.hpp"
 #include "hotpath/core/trace_csv.hpp"
 #include "hotpath/reference_system/deployment.hpp"
-#include "hotpath/reference_system/graph_writer.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
 #include "program/python_tool.hpp"
