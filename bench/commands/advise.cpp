@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "advise/advice.hpp"
-#include "commands/commands.hpp"
-#include "commands/option_helpers.hpp"
-#include "program/errors.hpp"
+#include "commands/command.hpp"
 #include "watch/stated_contract.hpp"
 
 namespace hotpath::commands {
@@ -22,7 +20,7 @@ void choose_phases_option(CLI::App& advise, advise::Options& o) {
                                         in_lines("Timer phases of all draws; by default random. Without a "
                                                  "value: choose the phases with the best guaranteed --for"))
       ->expected(0, 1)
-      ->type_name(program::concat("[", phase_words(), "|FILE|", alone, "]"))
+      ->type_name(concat("[", phase_words(), "|FILE|", alone, "]"))
       ->default_str(alone)  // what CLI11 passes for an option without a value
       ->group(kSystemGroup);
   add(advise, "--margin", o.margin_ms, {0, 1e6}, "MS",
@@ -40,7 +38,7 @@ const Command kAdvise("Your robot", 110, [](CLI::App& app) {
       [](const advise::Options& options) {
         if (options.choose_phases) return advise::advise_phases(options);
         if (options.margin_ms)
-          throw program::UsageError("--margin is for phases that are chosen; add --phases without a value");
+          throw UsageError("--margin is for phases that are chosen; add --phases without a value");
         advise::advise(options);
       });
   o.contract = [](const Graph& graph, const GraphTasks& tasks, const setup::ExecutorSpec& executor) {
@@ -63,7 +61,7 @@ const Command kAdvise("Your robot", 110, [](CLI::App& app) {
   add_cores_option(advise, o.cores);
   const auto is_reference = [](const std::string& text) {
     if (text == "reference" || text == "graph") return text == "reference";
-    throw program::UsageError("--costs: `" + text + "` is neither reference nor graph");
+    throw UsageError("--costs: `" + text + "` is neither reference nor graph");
   };
   add_parsed(advise, "--costs", o.reference_costs, is_reference, "reference|graph",
              "Costs of executors: measured for each on the reference machine, or those of the graph's "

@@ -1,16 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <iostream>
-#include <optional>
-#include <string>
-
-#include "bounds/exact_worst_cases.hpp"
-#include "commands/commands.hpp"
-#include "commands/option_helpers.hpp"
 #include "guarantees/analyze.hpp"
-#include "program/errors.hpp"
-#include "program/interrupt.hpp"
-#include "program/text.hpp"
-#include "program/whole_file.hpp"
+#include "bounds/exact_worst_cases.hpp"
+#include "commands/command.hpp"
 #include "watch/stated_contract.hpp"
 
 namespace hotpath::commands {
@@ -27,8 +18,7 @@ constexpr double kMargin = 50;
 void analyze(const AnalyzeArguments& arguments) {
   program::catch_interrupts();
   if (arguments.margin_percent && (arguments.contract.empty() || arguments.trace.empty()))
-    throw program::UsageError(
-        "--margin is for a contract of recorded values; give --contract and --trace too");
+    throw UsageError("--margin is for a contract of recorded values; give --contract and --trace too");
   const bool recorded = !arguments.trace.empty();
   std::string contract;
   if (!arguments.contract.empty())
@@ -57,10 +47,9 @@ void add_analyze_options(CLI::App& command, guarantees::AnalyzeOptions& o) {
   add(command, "--phase-uncertainty-us", o.phase_uncertainty_us, {0, 1e9}, "US",
       "Bounds for phases that are off by up to this much, for each timer by the same time in all jobs");
   add(command, "--exact", o.exact,
-      program::concat("Explore up to ", bounds::kMostStates, " states instead of up to ",
-                      bounds::kUsualStates,
-                      " for the exact\nworst cases, which known phases have under executors with one\n"
-                      "thread that runs jobs"));
+      concat("Explore up to ", bounds::kMostStates, " states instead of up to ", bounds::kUsualStates,
+             " for the exact\nworst cases, which known phases have under executors with one\n"
+             "thread that runs jobs"));
   add(command, "--witness", o.witness, "FOLDER",
       "Store a simulated run that reaches each exact worst case in\na subfolder of this folder");
   add_entity_order_option(command, o);
@@ -84,8 +73,7 @@ const Command kAnalyze("Predict", 50, [](CLI::App& app) {
                   "Also write the contract that `hotpath watch` checks, for any phases and one executor; "
                   "with --trace, write only that of the recorded run");
   add(command, "--margin", o.margin_percent, {0, 1000}, "PERCENT",
-      program::concat("By which limits of --contract exceed the worst values of\n--trace; by default ",
-                      kMargin));
+      concat("By which limits of --contract exceed the worst values of\n--trace; by default ", kMargin));
   show_first(command, {"--executors", "--set", "--cores", "--phases", "--trace", "--contract"});
   command.get_option("--contract")->excludes("--phases", "--exact", "--phase-uncertainty-us");
 });

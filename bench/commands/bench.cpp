@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "commands/commands.hpp"
-#include "commands/option_helpers.hpp"
+#include "commands/command.hpp"
 #include "program/json_record.hpp"
-#include "program/output_target.hpp"
-#include "program/python_tool.hpp"
 
 namespace hotpath::commands {
 

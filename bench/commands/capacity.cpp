@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sweep/capacity.hpp"
-#include "commands/commands.hpp"
-#include "commands/option_helpers.hpp"
-#include "program/errors.hpp"
+#include "commands/command.hpp"
 
 namespace hotpath::commands {
 
@@ -12,9 +10,9 @@ const Command kCapacity("Predict", 70, [](CLI::App& app) {
       "hotpath capacity --over load --executors default,rm-ro --repetitions 20",
       [](const CLI::App& command, sweep::CapacityOptions& options) {
         options.executors = executors_of(options);
-        const std::string level = program::concat("--", to_string(options.over));
+        const std::string level = concat("--", to_string(options.over));
         if (command.count(level) > 0)
-          throw program::UsageError(level + " is the searched quantity (--over); leave it out");
+          throw UsageError(level + " is the searched quantity (--over); leave it out");
         sweep::search_capacities(options);
       });
   o.duration_s = 10;
@@ -27,7 +25,7 @@ const Command kCapacity("Predict", 70, [](CLI::App& app) {
   add_list(capacity, "--require", require, "CONDITIONS",
            "Conditions for every repetition, separated by commas: no-loss, deadlines, age:MS (limit of the "
            "age of each output's data), latency:MS (of the hot path, the paper's metric)")
-      ->default_str(program::joined(o.require.words, ","));
+      ->default_str(joined(o.require.words, ","));
   add(capacity, "--from", o.from, {0, 1e6}, "LEVEL", "Lowest level");
   add(capacity, "--to", o.to, {0, 1e6}, "LEVEL", "Highest level");
   add(capacity, "--resolution", o.resolution, {1e-3, 1e6}, "LEVEL", "Search step between two levels");

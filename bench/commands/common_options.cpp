@@ -1,20 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "commands/option_helpers.hpp"
-
 #include <algorithm>
-#include <filesystem>
-#include <iostream>
-#include <iterator>
+#include <array>
 #include <map>
 #include <set>
 
-#include "commands/commands.hpp"
+#include "commands/command.hpp"
 #include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
-#include "program/errors.hpp"
-#include "program/json_output.hpp"
-#include "program/output_target.hpp"
-#include "program/whole_file.hpp"
 
 namespace hotpath::commands {
 
@@ -27,24 +19,22 @@ constexpr std::size_t kBrokenColumns = 61;
 
 /// Sets one `KEY=VALUE` of --platform.
 void set_platform(setup::PlatformOptions& o, const std::string& item) {
-  const std::size_t equals = item.find('=');
-  const std::string key = item.substr(0, equals);
-  const std::string value = equals == std::string::npos ? "" : item.substr(equals + 1);
+  const std::size_t end = std::min(item.find('='), item.size());
+  const std::string key = item.substr(0, end), value = item.substr(std::min(end + 1, item.size()));
   std::string keys = "timer_thread";
   if (key == keys) {
     o.timer_thread = parse<TimerThread>(value);
     if (o.timer_thread) return;
-    throw CLI::ValidationError("--platform",
-                               "timer_thread is one of " + program::joined(words<TimerThread>()));
+    throw CLI::ValidationError("--platform", "timer_thread is one of " + joined(words<TimerThread>()));
   }
   for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
-    keys += program::concat(", ", kPlatformCosts[i].key);
+    keys += concat(", ", kPlatformCosts[i].key);
     if (key != kPlatformCosts[i].key) continue;
     o.costs_us[i] = value_of<double>("--platform: " + key, value, {0, kLargestCost_us});
     return;
   }
-  throw CLI::ValidationError(
-      "--platform", program::concat("`", item, "` is no KEY=VALUE of a platform; its keys are ", keys));
+  throw CLI::ValidationError("--platform",
+                             concat("`", item, "` is no KEY=VALUE of a platform; its keys are ", keys));
 }
 
 /// The items of a comma-separated list.
@@ -60,30 +50,37 @@ std::map<int, std::pair<std::string, void (*)(CLI::App&)>>& all_commands() {
   return all;
 }
 
-}  // namespace
+namespace fs = std::filesystem;
 
-Command::Command(const std::string& group, int place, void (*adds)(CLI::App& app)) {
-  all_commands()[place] = {group, adds};
+/// Links and relative paths are resolved.
+fs::path canonical(const std::string& path) {
+  std::error_code error;
+  const fs::path found = fs::weakly_canonical(fs::absolute(path, error), error);
+  return error ? fs::path(path) : found.has_filename() ? found : found.parent_path();
 }
 
-void add_commands(CLI::App& app) {
-  for (const auto& [place, command] : all_commands()) {
-    command.second(app);
-    app.get_subcommands({}).back()->group(command.first);
-  }
+/// Also by hard links.
+bool same(const fs::path& a, const fs::path& b) {
+  std::error_code error;
+  return a == b || (fs::exists(a, error) && fs::exists(b, error) && fs::equivalent(a, b, error));
 }
 
+/// Whether an output would change what a command reads at `input`.
+bool changes(const fs::path& output, const fs::path& input) {
+  static const std::set<std::string> kOfRun = {"run.json", "jobs.csv", "chains.csv", "summary.json"};
+  std::error_code error;
+  if (same(output, input)) return true;
+  if (!fs::is_directory(input, error) || !same(output.parent_path(), input) ||
+      !fs::is_regular_file(output, error))
+    return false;
+  const std::string file = output.filename();
+  return !fs::exists(input / "run.json", error) || kOfRun.contains(file) || file.starts_with("input_");
+}
+
+/// Throws UsageError if an output of a parsed command is one of its inputs or another output.
 void check_outputs(const CLI::App& command) {
-  namespace fs = std::filesystem;
   static const std::set<std::string> kOutputs = {"--output", "--csv", "--junit", "--markdown", "--witness"};
   std::error_code error;
-  const auto canonical = [&error](const std::string& path) {
-    const fs::path found = fs::weakly_canonical(fs::absolute(path, error), error);
-    return error ? fs::path(path) : found.has_filename() ? found : found.parent_path();
-  };
-  const auto same = [&error](const fs::path& a, const fs::path& b) {  // hard links too
-    return a == b || (fs::exists(a, error) && fs::exists(b, error) && fs::equivalent(a, b, error));
-  };
   std::map<std::string, fs::path> outputs, inputs;
   for (const CLI::Option* option : command.get_options()) {
     const std::string name = option->get_name();
@@ -98,44 +95,68 @@ void check_outputs(const CLI::App& command) {
       }
     }
   }
-  static const std::set<fs::path> kOfRun = {"run.json", "jobs.csv", "chains.csv", "summary.json"};
   for (const auto& [option, output] : outputs) {
     for (const auto& [input, path] : inputs) {
-      const bool run = fs::exists(path / "run.json", error);
-      const bool inside = fs::is_directory(path, error) && same(output.parent_path(), path) &&
-                          fs::is_regular_file(output, error);
-      const std::string file = output.filename();
-      if (same(output, path) || (inside && (!run || kOfRun.contains(file) || file.starts_with("input_"))))
-        throw program::UsageError(program::concat(
-            option, ": ", output.string(), " is an input of the command (", input, "); name another place"));
+      if (changes(output, path))
+        throw UsageError(concat(option, ": ", output.string(), " is an input of the command (", input,
+                                "); name another place"));
     }
     for (const auto& [other, path] : outputs) {
       if (other > option && same(output, path))
-        throw program::UsageError(program::concat(option, " and ", other, ": ", output.string(),
-                                                  " would be written twice; name two places"));
+        throw UsageError(concat(option, " and ", other, ": ", output.string(),
+                                " would be written twice; name two places"));
     }
   }
 }
 
+}  // namespace
+
+Command::Command(const std::string& group, int place, void (*adds)(CLI::App& app)) {
+  all_commands()[place] = {group, adds};
+}
+
+void add_commands(CLI::App& app) {
+  for (const auto& [place, command] : all_commands()) {
+    command.second(app);
+    app.get_subcommands({}).back()->group(command.first);
+  }
+}
+
+CLI::App& add_command(CLI::App& app, const std::string& name, const std::string& description,
+                      const std::string& example, const std::function<void(const CLI::App&)>& run) {
+  CLI::App& command = *app.add_subcommand(name, description);
+  command.footer(example.empty() ? "" : "Example:  " + example);
+  command.callback([&command, run] {
+    check_outputs(command);
+    const CLI::Option* const set = command.get_option_no_throw("--set");
+    if (set != nullptr && set->count() > 0)
+      std::cerr << "note: with " << joined(set->results(), ", ") << " in the graph\n";
+    run(command);
+  });
+  return command;
+}
+
+CLI::App& add_parent(CLI::App& app, const std::string& name, const std::string& description,
+                     const std::string& example) {
+  return *app.add_subcommand(name, description)->footer("Example:  " + example)->require_subcommand(1);
+}
+
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates) {
   const std::optional<std::string> best = nearest(word, candidates);
-  return best ? program::concat("; did you mean `", *best, "`?") : "";
+  return best ? concat("; did you mean `", *best, "`?") : "";
 }
 
 CLI::Validator not_empty() {
-  const auto check = [](const std::string& text) {
-    return std::string(text.empty() ? "the value is empty; give a value, or leave the option out" : "");
-  };
-  return CLI::Validator(check, "");
+  constexpr const char* kProblem = "the value is empty; give a value, or leave the option out";
+  return {[](const std::string& text) { return std::string(text.empty() ? kProblem : ""); }, ""};
 }
 
 CLI::Option* add_output_file(CLI::App& command, const std::string& option, std::string& file,
                              const std::string& help) {
-  const auto check = [option](const std::string& name) {
+  return add(command, option, file, "FILE", help)->check([option](const std::string& name) {
     if (name != "-") program::check_output_file(name, option);  // `-`: standard output
     return std::string();
-  };
-  return add(command, option, file, "FILE", help)->check(CLI::Validator(check, ""));
+  });
 }
 
 std::string in_lines(const std::string& help) {
@@ -176,7 +197,7 @@ CLI::Option* add_list(CLI::App& command, const std::string& option,
 CLI::Option* add_list(CLI::App& command, const std::string& option, std::vector<std::string>& items,
                       const std::string& kind, const std::string& help) {
   const auto set = [&items](const std::vector<std::string>& texts) { items = texts; };
-  return add_list(command, option, set, kind, help)->default_str(program::joined(items, ","));
+  return add_list(command, option, set, kind, help)->default_str(joined(items, ","));
 }
 
 void add_graph_options(CLI::App& command, setup::CommonOptions& o) {
@@ -195,7 +216,7 @@ void add_graph_options(CLI::App& command, setup::CommonOptions& o) {
 }
 
 void set_phases(setup::CommonOptions& o, const std::string& text) {
-  static const std::string kBeforeStep = program::concat(to_string(Phases::creation), ":");
+  static const std::string kBeforeStep = concat(to_string(Phases::creation), ":");
   std::error_code error;
   o.phases_file = o.phases_of = "";
   o.phase_step_ms.reset();
@@ -208,17 +229,16 @@ void set_phases(setup::CommonOptions& o, const std::string& text) {
     o.phases = Phases::given;
     (std::filesystem::is_directory(text) ? o.phases_of : o.phases_file) = text;
   } else {
-    throw CLI::ValidationError(
-        "--phases",
-        program::concat("`", text, "` is none of ", program::joined(words<Phases>()), ", ", kBeforeStep,
-                        "MS, and no file or folder", did_you_mean(text, words<Phases>())));
+    throw CLI::ValidationError("--phases",
+                               concat("`", text, "` is none of ", joined(words<Phases>()), ", ", kBeforeStep,
+                                      "MS, and no file or folder", did_you_mean(text, words<Phases>())));
   }
 }
 
 std::string phase_words() {
   std::vector<std::string> all = words<Phases>();
   *std::ranges::find(all, to_string(Phases::creation)) += "[:MS]";
-  return program::joined(all, "|");
+  return joined(all, "|");
 }
 
 CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& o, const std::string& help,
@@ -253,12 +273,6 @@ CLI::Option* add_set_option(CLI::App& command, std::vector<std::string>& set) {
       "of a node of type callbacks for a task: Localizer/points.execution_time_ms=3");
 }
 
-void show_settings(const CLI::App& command) {
-  const CLI::Option* const set = command.get_option_no_throw("--set");
-  if (set != nullptr && set->count() > 0)
-    std::cerr << "note: with " << program::joined(set->results(), ", ") << " in the graph\n";
-}
-
 void add_scaling_options(CLI::App& command, setup::CommonOptions& o) {
   add_set_option(command, o.set);
   add(command, "--load", o.load_given, setup::kLoads, "PERCENT",
@@ -275,16 +289,15 @@ std::vector<std::string> given_options(const CLI::App& command, const std::vecto
     const std::string& name = option->get_lnames().front();
     if (std::ranges::count(without, name) > 0) continue;
     words.push_back("--" + name +
-                    (option->get_expected_max() == 0 ? "" : "=" + program::joined(option->results(), ",")));
+                    (option->get_expected_max() == 0 ? "" : "=" + joined(option->results(), ",")));
   }
   return words;
 }
 
 void write_example(const std::string& file, const std::string& example, const char* next) {
   program::check_output_file(file, "--new");
-  if (!is_yaml_path(file)) throw program::UsageError("--new " + file + ": give the file the extension .yaml");
-  if (std::filesystem::exists(file))
-    throw program::UsageError("--new " + file + ": the file exists; name a new one");
+  if (!is_yaml_path(file)) throw UsageError("--new " + file + ": give the file the extension .yaml");
+  if (std::filesystem::exists(file)) throw UsageError("--new " + file + ": the file exists; name a new one");
   program::write_output_file(file, "--new", example);
   std::cout << "Wrote " << file << "; next: hotpath " << next << " " << file << "\n";
 }
@@ -311,9 +324,9 @@ void add_platform_options(CLI::App& command, setup::PlatformOptions& o) {
       "release_cost_us=3,timer_thread=raised");
   for (const PlatformCost& cost : kPlatformCosts) {
     const bool fits = cost.key.size() + cost.meaning.size() + 2 <= kHelpColumns;
-    help += program::concat("\n", cost.key, fits ? ": " : ":\n  ", cost.meaning);
+    help += concat("\n", cost.key, fits ? ": " : ":\n  ", cost.meaning);
   }
-  help += "\ntimer_thread: " + program::joined(words<TimerThread>()) +
+  help += "\ntimer_thread: " + joined(words<TimerThread>()) +
           "; by_executor raises it\nunder the paper's executors only, as live runs do";
   const auto set = [&o](const std::vector<std::string>& items) {
     for (const std::string& item : items) set_platform(o, item);

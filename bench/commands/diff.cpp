@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "commands/commands.hpp"
-#include "commands/option_helpers.hpp"
+#include "commands/command.hpp"
 #include "comparison/comparison.hpp"
-#include "program/errors.hpp"
-#include "program/output_target.hpp"
 #include "validation/validation.hpp"
 
 namespace hotpath::commands {
@@ -18,7 +15,7 @@ struct DiffArguments {
 
 void diff(DiffArguments& a) {
   if (a.simulated) return validation::validate_runs(a.runs, a.options.output);
-  if (a.runs.size() != 2) throw program::UsageError("diff: give OLD and NEW, or one RUN with --simulated");
+  if (a.runs.size() != 2) throw UsageError("diff: give OLD and NEW, or one RUN with --simulated");
   if (!a.options.output.empty()) program::check_output_folder(a.options.output, "report.html", "--output");
   a.options.old = a.runs[0];
   a.options.now = a.runs[1];

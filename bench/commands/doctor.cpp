@@ -1,14 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <iostream>
-#include <nlohmann/json.hpp>
-
-#include "commands/commands.hpp"
-#include "commands/option_helpers.hpp"
+#include "commands/command.hpp"
 #include "machine/machine.hpp"
-#include "program/json_output.hpp"
-#include "program/table.hpp"
-#include "program/text.hpp"
-#include "program/whole_file.hpp"
 #include "results/stored_summary.hpp"
 #include "results/summary.hpp"
 
@@ -22,8 +14,8 @@ struct DoctorArguments {
   bool recover = false;
 };
 
-program::Table facts(const machine::Machine& m) {
-  program::Table table("", {"", ""});
+Table facts(const machine::Machine& m) {
+  Table table("", {"", ""});
   const auto row = [&](const char* name, const std::string& value) {
     table.add_row({name, value.empty() ? "unknown" : value});
   };
@@ -35,25 +27,23 @@ program::Table facts(const machine::Machine& m) {
   row("turbo", m.turbo);
   row("boot parameters", m.boot_parameters.empty() ? "none for scheduling" : m.boot_parameters);
   row("real-time throttling",
-      m.rt_runtime_us < 0 ? "off" : program::concat(m.rt_runtime_us, " of ", m.rt_period_us, " us"));
-  row("real-time threads", m.real_time_threads.empty() ? "no others" : program::joined(m.real_time_threads));
+      m.rt_runtime_us < 0 ? "off" : concat(m.rt_runtime_us, " of ", m.rt_period_us, " us"));
+  row("real-time threads", m.real_time_threads.empty() ? "no others" : joined(m.real_time_threads));
   row("timer slack", std::to_string(m.timer_slack_ns) + " ns");
-  row("clock",
-      m.clock_source + program::text(", resolution %lld ns, %.0f ns per reading, %.0f ns for CPU time",
+  row("clock", m.clock_source + text(", resolution %lld ns, %.0f ns per reading, %.0f ns for CPU time",
                                      static_cast<long long>(m.noise.clock_resolution.count()),
                                      m.noise.clock_cost_ns, m.noise.cpu_clock_cost_ns));
-  row("load average", program::fixed(m.load_average, 2));
-  row("stolen time", program::fixed(m.stolen_percent, 2) + " % since boot");
+  row("load average", fixed(m.load_average, 2));
+  row("stolen time", fixed(m.stolen_percent, 2) + " % since boot");
   return table;
 }
 
-program::Table hiccups(const machine::Noise& noise) {
-  program::Table table(
-      "Hiccups of a busy thread in " + program::fixed(to_ms(noise.length) / 1000, 1) + " s, in microseconds",
-      {"core", "p99", "p99.9", "max", "lost"});
+Table hiccups(const machine::Noise& noise) {
+  Table table("Hiccups of a busy thread in " + fixed(to_ms(noise.length) / 1000, 1) + " s, in microseconds",
+              {"core", "p99", "p99.9", "max", "lost"});
   for (const machine::Hiccups& h : noise.cores) {
-    table.add_row({std::to_string(h.cpu), program::fixed(to_us(h.p99), 2), program::fixed(to_us(h.p999), 2),
-                   program::fixed(to_us(h.max), 1), program::fixed(h.lost_percent, 2) + " %"});
+    table.add_row({h.cpu, fixed(to_us(h.p99), 2), fixed(to_us(h.p999), 2), fixed(to_us(h.max), 1),
+                   fixed(h.lost_percent, 2) + " %"});
   }
   return table;
 }

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "explain/explain.hpp"
-
-#include "commands/commands.hpp"
-#include "commands/option_helpers.hpp"
+#include "commands/command.hpp"
 
 namespace hotpath::commands {
 

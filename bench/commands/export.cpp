@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <iostream>
-
-#include "commands/commands.hpp"
-#include "commands/option_helpers.hpp"
+#include "commands/command.hpp"
 #include "import/import_ctf.hpp"
-#include "program/errors.hpp"
-#include "program/whole_file.hpp"
 #include "results/perfetto.hpp"
 
 namespace hotpath::commands {
@@ -25,8 +20,7 @@ struct PerfettoOptions {
 
 void export_perfetto(const PerfettoOptions& o) {
   const Time to = o.to_ms ? Time{} + from_ms(*o.to_ms) : kNever;
-  if (o.to_ms && *o.to_ms <= o.from_ms)
-    throw program::UsageError("export perfetto: --to must lie after --from");
+  if (o.to_ms && *o.to_ms <= o.from_ms) throw UsageError("export perfetto: --to must lie after --from");
   const results::StoredRun run(o.run, "export perfetto");
   const results::TraceWindow window{o.executor.empty() ? run.executors().front() : o.executor, o.repetition,
                                     Time{} + from_ms(o.from_ms), to};
@@ -38,9 +32,8 @@ void export_perfetto(const PerfettoOptions& o) {
 }  // namespace
 
 const Command kExport("Understand", 170, [](CLI::App& app) {
-  CLI::App& parent = *app.add_subcommand("export", "Export a run to the format of another tool");
-  parent.footer("Example:  hotpath export perfetto runs/first --output first.json");
-  parent.require_subcommand(1);
+  CLI::App& parent = add_parent(app, "export", "Export a run to the format of another tool",
+                                "hotpath export perfetto runs/first --output first.json");
   auto [ctf, copied] = add_command<CtfOptions>(
       parent, "ctf", "Export a run as a trace of ros2_tracing (CTF 1.8)",
       "hotpath export ctf runs/first --output traces/first",

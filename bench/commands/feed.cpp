@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <iostream>
-#include <nlohmann/json.hpp>
-
-#include "commands/commands.hpp"
-#include "commands/option_helpers.hpp"
+#include "commands/command.hpp"
 #include "page/page_data.hpp"
-#include "program/errors.hpp"
 #include "program/shown_text.hpp"
 #include "results/stored_run.hpp"
 #include "results/stored_summary.hpp"
@@ -43,7 +38,7 @@ class Feed {
     const RepeatedSamples& others = samples_.at(asked.at(2));
     if (what == "ratio") return ratio_of_quantiles(samples, others, asked.at(3));
     if (what == "ranks") return {rank_test(samples, others), cliffs_delta(samples, others)};
-    throw program::RunError("unknown question " + what);
+    throw RunError("unknown question " + what);
   }
 
  private:
@@ -51,14 +46,13 @@ class Feed {
 };
 
 /// Answers each line of standard input in a line.
-void feed(const NoOptions&) {
-  Feed feed;
+void answer_lines(Feed& feed) {
   for (std::string line; std::getline(std::cin, line);) {
     json answer = {{"version", HOTPATH_VERSION}};
     try {
       answer["answer"] = feed.answer(json::parse(line));
     } catch (const std::exception& error) {
-      const bool failed = dynamic_cast<const program::RunError*>(&error) != nullptr;
+      const bool failed = dynamic_cast<const RunError*>(&error) != nullptr;
       answer.update({{"error", error.what()}, {"wrong_use", !failed}});
     }
     program::data_output() << answer.dump(-1, ' ', false, json::error_handler_t::replace) << std::endl;
@@ -68,7 +62,7 @@ void feed(const NoOptions&) {
 }  // namespace
 
 const Command kFeed("", 190, [](CLI::App& app) {
-  add_command<NoOptions>(app, "feed", "Data and statistics for the Python package", "", feed).first.group("");
+  add_command<Feed>(app, "feed", "Data and statistics for the Python package", "", answer_lines);
 });
 
 }  // namespace hotpath::commands

@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <iostream>
-
-#include "commands/commands.hpp"
-#include "commands/option_helpers.hpp"
+#include "commands/command.hpp"
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_layout.hpp"
-#include "program/errors.hpp"
 #include "program/shown_text.hpp"
-#include "program/text.hpp"
 #include "setup/utilisation.hpp"
 
 namespace hotpath::commands {
@@ -48,13 +43,12 @@ struct GraphOptions {
 };
 
 void print_platform(const GraphPlatform& platform) {
-  std::cout << program::text("platform of simulations: %u core%s, timer thread %s, execution times %s",
-                             platform.cores, platform.cores == 1 ? "" : "s", to_string(platform.timer_thread),
-                             to_string(platform.execution_times));
+  std::cout << text("platform of simulations: %u core%s, timer thread %s, execution times %s", platform.cores,
+                    platform.cores == 1 ? "" : "s", to_string(platform.timer_thread),
+                    to_string(platform.execution_times));
   for (const PlatformCost& cost : kPlatformCosts) {
     const Duration value = cost.in(platform).value_or(Duration{});
-    if (value > Duration{})
-      std::cout << program::text(", %s %g", std::string(cost.key).c_str(), to_us(value));
+    if (value > Duration{}) std::cout << text(", %s %g", std::string(cost.key).c_str(), to_us(value));
   }
   std::cout << "\n";
 }
@@ -64,7 +58,7 @@ void print_cie(const GraphOptions& options, const Graph& graph, const GraphTasks
   try {
     write_cie(program::data_output(), graph, tasks, find_deployment(name, graph, tasks));
   } catch (const std::invalid_argument& error) {
-    throw program::UsageError(error.what());
+    throw UsageError(error.what());
   }
 }
 
@@ -79,14 +73,14 @@ void print_graph(const GraphOptions& options) {
     const Deployment deployment = find_deployment(options.deployment, graph, tasks);
     return write_dot(program::data_output(), graph, &deployment);
   }
-  if (!options.deployment.empty()) throw program::UsageError("--deployments: add --as dot or cie");
+  if (!options.deployment.empty()) throw UsageError("--deployments: add --as dot or cie");
   const std::size_t timers = tasks.set.timers().size();
-  std::cout << program::text("%s: %s\n%zu nodes, %zu subscriptions, %zu timers, load %.1f %% of one core\n",
-                             graph.name.c_str(), graph.description.c_str(), graph.nodes.size(),
-                             tasks.set.tasks.size() - timers, timers, load_percent(graph));
+  std::cout << text("%s: %s\n%zu nodes, %zu subscriptions, %zu timers, load %.1f %% of one core\n",
+                    graph.name.c_str(), graph.description.c_str(), graph.nodes.size(),
+                    tasks.set.tasks.size() - timers, timers, load_percent(graph));
   for (const Chain& chain : graph.chains) {
-    std::cout << program::text("chain %s:", chain.name.c_str());
-    for (const std::string& node : chain.nodes) std::cout << program::text(" %s", node.c_str());
+    std::cout << text("chain %s:", chain.name.c_str());
+    for (const std::string& node : chain.nodes) std::cout << text(" %s", node.c_str());
     std::cout << "\n";
   }
   print_platform(graph.platform);

@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The pages of --help and --help-all, and the man pages, which all come from the definitions of the options.
 #include <algorithm>
-#include <filesystem>
 #include <map>
 #include <sstream>
-#include <utility>
 
-#include "commands/commands.hpp"
-#include "commands/option_helpers.hpp"
-#include "program/text.hpp"
-#include "program/whole_file.hpp"
+#include "commands/command.hpp"
 
 namespace hotpath::commands {
 
@@ -44,9 +39,8 @@ class HelpFormatter : public CLI::Formatter {
       const bool is_new = group != std::exchange(last, group), fits = group.size() < 11;
       if (lines.empty() || (is_new && !fits)) lines += "\n";
       if (is_new && !fits) lines += group + ":\n";
-      lines += program::text("%-*s%-13s %s\n", group.empty() || !fits ? 2 : 12,
-                             is_new && fits ? group.c_str() : "", command->get_display_name(true).c_str(),
-                             command->get_description().c_str());
+      lines += text("%-*s%-13s %s\n", group.empty() || !fits ? 2 : 12, is_new && fits ? group.c_str() : "",
+                    command->get_display_name(true).c_str(), command->get_description().c_str());
     }
     return lines;
   }

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "commands/command.hpp"
 #include "import/import_ctf.hpp"
-
-#include "commands/commands.hpp"
-#include "commands/option_helpers.hpp"
 
 namespace hotpath::commands {
 
 const Command kImport("Your robot", 100, [](CLI::App& app) {
-  CLI::App& import = *app.add_subcommand("import", "Create a graph from a recording of a real system");
-  import.footer("Example:  hotpath import ctf ~/traces/robot --output robot");
-  import.require_subcommand(1);
+  CLI::App& import = add_parent(app, "import", "Create a graph from a recording of a real system",
+                                "hotpath import ctf ~/traces/robot --output robot");
   auto [ctf, o] = add_command<imports::CtfOptions>(
       import, "ctf", "Import a ros2_tracing trace (CTF 1.8): graph, run, costs, self-check",
       "hotpath import ctf ~/traces/robot --output robot", imports::import_ctf);

@@ -1,22 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <iostream>
-#include <nlohmann/json.hpp>
-
-#include "commands/commands.hpp"
-#include "commands/option_helpers.hpp"
+#include "commands/command.hpp"
 #include "hotpath/core/registry.hpp"
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
-#include "program/json_output.hpp"
-#include "program/python_tool.hpp"
-#include "program/table.hpp"
 
 namespace hotpath::commands {
 
 namespace {
 
 using nlohmann::json;
-using program::Table, program::Value;
 
 /// Prints lines without a header, and the rows for --json.
 void print(const Table& shown, const Table& stored) {
@@ -25,9 +17,8 @@ void print(const Table& shown, const Table& stored) {
 }
 
 void print_executors() {
-  Table shown("", {"", "", ""});
-  Table stored("",
-               {"name", "class", "description", "family", "timers", "policy", "colour", "compared_by_paper"});
+  Table shown("", {"", "", ""}), stored("", {"name", "class", "description", "family", "timers", "policy",
+                                             "colour", "compared_by_paper"});
   for (const ExecutorEntry& e : executors()) {
     const ExecutorTraits& t = e.traits;
     shown.add_row({e.name, e.class_name, e.description});
@@ -52,7 +43,7 @@ void print_deployments() {
   Table shown("", {"", ""}), stored("", {"name", "description", "error"});
   const auto add = [&](std::string_view name, std::string_view description, const std::string& error) {
     const bool valid = error.empty();
-    shown.add_row({name, valid ? Value(description) : "invalid: " + error});
+    shown.add_row({name, valid ? std::string(description) : "invalid: " + error});
     stored.add_row({name, valid ? json(description) : json(), error});
   };
   for (const DeploymentPreset& preset : deployment_presets()) add(preset.name, preset.description, "");
@@ -63,22 +54,19 @@ void print_deployments() {
 }  // namespace
 
 const Command kList("Predict", 90, [](CLI::App& app) {
-  CLI::App* list =
-      app.add_subcommand("list", "List the available executors, graphs, deployments or figures of the paper");
-  list->footer("Example:  hotpath list executors");
-  list->require_subcommand(1);
-  const auto add = [list](const std::string& name, const std::string& description, void (*print)()) {
-    CLI::App& command = *list->add_subcommand(name, description);
-    command.callback(print);
-    command.footer("Example:  hotpath list " + name);
-    add_json_option(command);
+  CLI::App& list =
+      add_parent(app, "list", "List the available executors, graphs, deployments or figures of the paper",
+                 "hotpath list executors");
+  const auto add = [&list](const std::string& name, const std::string& description,
+                           void (*print)()) -> auto& {
+    return add_command(list, name, description, "hotpath list " + name,
+                       [print](const CLI::App&) { print(); });
   };
-  add("executors", "Executors: name, rclcpp class, scheduling policy", print_executors);
-  add("graphs", "Graphs available by name", print_graphs);
-  add("deployments", "Deployments available by name: presets and files", print_deployments);
-  list->add_subcommand("figures", "Items of `hotpath paper figures` with their durations")
-      ->footer("Example:  hotpath list figures")
-      ->callback([] { program::become_python_tool("reproduction-items", {}); });
+  add_json_option(add("executors", "Executors: name, rclcpp class, scheduling policy", print_executors));
+  add_json_option(add("graphs", "Graphs available by name", print_graphs));
+  add_json_option(add("deployments", "Deployments available by name: presets and files", print_deployments));
+  add("figures", "Items of `hotpath paper figures` with their durations",
+      [] { program::become_python_tool("reproduction-items", {}); });
 });
 
 }  // namespace hotpath::commands

@@ -10,23 +10,17 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <iostream>
 #include <new>
-#include <string>
-#include <vector>
 
-#include "commands/commands.hpp"
+#include "commands/command.hpp"
 #include "hotpath/analysis/analysis_error.hpp"
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/core/utf8.hpp"
 #include "program/child_process.hpp"
-#include "program/errors.hpp"
-#include "program/interrupt.hpp"
 #include "program/shown_text.hpp"
 
 namespace {
 
-constexpr std::size_t kLongestMessage = 4000;  // bytes; a message may quote a name of any length
 constexpr const char* kOutOfMemory =
     "hotpath: out of memory; raise the limit (ulimit -v, cgroup); a run marked complete in run.json is "
     "whole\n";
@@ -58,11 +52,12 @@ std::atomic<bool> out_of_memory = false;
   });
 }
 
-/// Whether the user can correct the error.
-bool is_wrong_use(const std::exception& error) {
-  return dynamic_cast<const hotpath::program::UsageError*>(&error) != nullptr ||
-         dynamic_cast<const hotpath::InputError*>(&error) != nullptr ||
-         dynamic_cast<const hotpath::AnalysisError*>(&error) != nullptr;
+int exit_code(const std::exception& error) {
+  if (dynamic_cast<const hotpath::program::ContractBroken*>(&error) != nullptr) return 3;
+  const bool wrong_use = dynamic_cast<const hotpath::program::UsageError*>(&error) != nullptr ||
+                         dynamic_cast<const hotpath::InputError*>(&error) != nullptr ||
+                         dynamic_cast<const hotpath::AnalysisError*>(&error) != nullptr;
+  return wrong_use ? 2 : 1;
 }
 
 /// The stack limit is also the default stack size of threads; a library call that overflows it
@@ -84,15 +79,6 @@ void occupy_standard_streams() {
     opened = open("/dev/null", O_RDWR);
   } while (opened >= 0 && opened <= STDERR_FILENO);
   if (opened >= 0) close(opened);
-}
-
-std::string wrong_use(const CLI::App* app, const CLI::Error& error) {
-  std::string command = app->get_name(), message = hotpath::commands::unknown_word(*app);
-  if (message.empty()) message = error.what();
-  if (message.starts_with("--graph is required")) message = "GRAPH is missing";
-  for (; !app->get_subcommands().empty(); command += " " + app->get_name())
-    app = app->get_subcommands().front();
-  return "hotpath: " + hotpath::printable(message, kLongestMessage) + "; see `" + command + " --help`\n";
 }
 
 }  // namespace
@@ -117,7 +103,7 @@ int main(int argc, char** argv) {
   app.formatter(commands::help_formatter());
   app.set_help_all_flag("--help-all", "Print help with all options and exit");
   app.set_version_flag("--version", HOTPATH_VERSION);
-  app.failure_message(wrong_use);
+  app.failure_message(commands::wrong_use);
   app.require_subcommand(1);
   commands::add_commands(app);
   try {
@@ -137,11 +123,8 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     std::fputs(kOutOfMemory, stderr);
     return 1;
-  } catch (const program::ContractBroken& error) {
-    std::fprintf(stderr, "hotpath: %s\n", printable(error.what(), kLongestMessage).c_str());
-    return 3;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "hotpath: %s\n", printable(error.what(), kLongestMessage).c_str());
-    return is_wrong_use(error) ? 2 : 1;
+    std::fprintf(stderr, "hotpath: %s\n", printable(error.what(), commands::kLongestMessage).c_str());
+    return exit_code(error);
   }
 }

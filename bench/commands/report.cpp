@@ -1,15 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <filesystem>
-#include <iostream>
-#include <nlohmann/json.hpp>
-
-#include "commands/commands.hpp"
-#include "commands/option_helpers.hpp"
-#include "program/errors.hpp"
-#include "program/json_output.hpp"
-#include "program/output_target.hpp"
-#include "program/python_tool.hpp"
-#include "program/whole_file.hpp"
+#include "commands/command.hpp"
 #include "results/stored_run.hpp"
 #include "results/stored_summary.hpp"
 #include "results/summary.hpp"
@@ -35,7 +25,7 @@ void summarize(const std::string& folder) {
 
 void report(const ReportArguments& a) {
   if (a.summary) {
-    if (a.runs.size() != 1) throw program::UsageError("report --summary: give one RUN");
+    if (a.runs.size() != 1) throw UsageError("report --summary: give one RUN");
     return summarize(a.runs.front());
   }
   std::vector<std::string> words = a.runs;

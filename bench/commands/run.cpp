@@ -1,14 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <filesystem>
-#include <iostream>
-
-#include "commands/commands.hpp"
-#include "commands/option_helpers.hpp"
+#include "commands/command.hpp"
 #include "live/live_checks.hpp"
-#include "live/live_run.hpp"
 #include "program/child_process.hpp"
-#include "program/errors.hpp"
-#include "program/output_target.hpp"
 
 namespace hotpath::commands {
 
@@ -20,7 +13,7 @@ void add_where_options(CLI::App& command, live::Options& o) {
     o.stacks.clear();
     for (const std::string& name : names) o.stacks.push_back(value_of<setup::Stack>("--stack", name));
   };
-  add_list(command, "--stack", set_stacks, program::joined(words<setup::Stack>(), "|"),
+  add_list(command, "--stack", set_stacks, joined(words<setup::Stack>(), "|"),
            "hotpath's own executors (native), or the ROS 2 stack of a sourced workspace (rclcpp), or both")
       ->default_str(to_string(setup::Stack::native));
   add_list(command, "--rmw", o.rmw, "NAMES",
@@ -55,24 +48,23 @@ void add_where_options(CLI::App& command, live::Options& o) {
 void compare_builds(const RunOptions& a, const std::vector<std::string>& words) {
   const std::filesystem::path folder = setup::output_folder(a.output, "against");
   program::check_output_folder(folder);
-  if (a.repetitions < 3)
-    throw program::UsageError("--against: the gate needs --repetitions 3 or more, preferably 20");
+  if (a.repetitions < 3) throw UsageError("--against: the gate needs --repetitions 3 or more, preferably 20");
   const auto order = setup::interleaved(a.repetitions, 2, a.seed);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const auto [repetition, build] = order[i];
     const char* const name = build == 0 ? "new" : "old";
-    std::cerr << program::text("[%zu/%zu] %s build, repetition %u\n", i + 1, order.size(), name, repetition);
+    std::cerr << text("[%zu/%zu] %s build, repetition %u\n", i + 1, order.size(), name, repetition);
     std::vector<std::string> all = {"run"};
     all.insert(all.end(), words.begin(), words.end());
-    all.insert(all.end(),
-               {"--repetitions=1", program::concat("--seed=", a.seed + repetition),
-                program::concat("--output=", (folder / name / program::text("%04u", repetition)).string())});
+    all.insert(all.end(), {"--repetitions=1", concat("--seed=", a.seed + repetition),
+                           concat("--output=", (folder / name / text("%04u", repetition)).string())});
+    const std::string place = concat(name, " build, repetition ", repetition, ": ");
     try {
       program::run_hotpath(all, build == 0 ? "" : a.against);
-    } catch (const program::UsageError& error) {
-      throw program::UsageError(program::concat(name, " build, repetition ", repetition, ": ", error.what()));
-    } catch (const program::RunError& error) {
-      throw program::RunError(program::concat(name, " build, repetition ", repetition, ": ", error.what()));
+    } catch (const UsageError& error) {
+      throw UsageError(place + error.what());
+    } catch (const RunError& error) {
+      throw RunError(place + error.what());
     }
   }
   std::vector<std::string> gate = {program::own_program(), "diff", (folder / "old").string(),

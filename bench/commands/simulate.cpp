@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "commands/commands.hpp"
-#include "commands/option_helpers.hpp"
-#include "program/errors.hpp"
-#include "simulated/simulated_run.hpp"
+#include "commands/command.hpp"
 
 namespace hotpath::commands {
 
@@ -32,11 +29,11 @@ void add_simulation_options(CLI::App& simulate, simulated::Options& o) {
   add_platform_options(simulate, o);
   const auto source = [](const std::string& text) {
     if (const auto times = setup::TimesSource::parse(text)) return *times;
-    throw program::UsageError("--execution-times: `" + text + "` is not " +
-                              program::joined(words<ExecutionTimeModel>()) + ", replay:RUN or listed:FILE");
+    throw UsageError("--execution-times: `" + text + "` is not " + joined(words<ExecutionTimeModel>()) +
+                     ", replay:RUN or listed:FILE");
   };
   add_parsed(simulate, "--execution-times", o.execution_times, source,
-             program::joined(words<ExecutionTimeModel>(), "|") + "|replay:RUN|listed:FILE",
+             joined(words<ExecutionTimeModel>(), "|") + "|replay:RUN|listed:FILE",
              "worst: the graph's worst case; uniform: random between best\n"
              "and worst case; measured: random among the graph's measured\n"
              "values, otherwise uniform; replayed: the measured values in\n"

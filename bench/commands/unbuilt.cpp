@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stands for the commands that a first measurement does not need, where these are not built.
-#include "commands/commands.hpp"
-#include "program/errors.hpp"
+#include "commands/command.hpp"
 
 namespace hotpath::commands {
 
@@ -15,7 +14,7 @@ constexpr const char* kGroup =
 const Command kUnbuilt(kGroup, 200, [](CLI::App& app) {
   for (const std::string name : {HOTPATH_UNBUILT}) {
     CLI::App& command = *app.add_subcommand(name)->group(kGroup)->allow_extras();
-    command.callback([name] { throw program::UsageError("`" + name + "`: " + kGroup); });
+    command.callback([name] { throw UsageError("`" + name + "`: " + kGroup); });
   }
 });
 

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "watch/watch.hpp"
-
-#include "commands/commands.hpp"
-#include "commands/option_helpers.hpp"
-#include "program/interrupt.hpp"
+#include "commands/command.hpp"
 
 namespace hotpath::commands {
 

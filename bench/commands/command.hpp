@@ -1,56 +1,86 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+// What commands share, with the headers of program/ that most of them use.
+
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <iostream>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "hotpath/core/enum_text.hpp"
+#include "live/live_run.hpp"
+#include "program/errors.hpp"
+#include "program/interrupt.hpp"
+#include "program/json_output.hpp"
+#include "program/output_target.hpp"
+#include "program/python_tool.hpp"
+#include "program/table.hpp"
 #include "program/text.hpp"
+#include "program/whole_file.hpp"
 #include "setup/run_setup.hpp"
+#include "simulated/simulated_run.hpp"
+
+namespace hotpath::guarantees {
+struct AnalyzeOptions;
+}
 
 namespace hotpath::commands {
 
-/// Throws UsageError if an output of a parsed command is one of its inputs, a file of a run or trace
-/// that it reads, or another output. Links and relative paths are resolved.
-void check_outputs(const CLI::App& command);
+using program::concat, program::fixed, program::joined, program::text;
+using program::RunError, program::Table, program::UsageError;
 
-/// Prints what --set of a parsed command changes.
-void show_settings(const CLI::App& command);
+/// A command. Each is one file, which has one of these. `adds` adds the subcommand, whose callback throws
+/// UsageError or RunError. `group` and `place`: in the help; an empty group hides it.
+struct Command {
+  Command(const std::string& group, int place, void (*adds)(CLI::App& app));
+};
+
+/// Adds all commands in the order of their places.
+void add_commands(CLI::App& app);
+/// Writes the pages of --help and --help-all.
+[[nodiscard]] std::shared_ptr<CLI::FormatterBase> help_formatter();
+/// In bytes; a message may quote a name of any length.
+inline constexpr std::size_t kLongestMessage = 4000;
+/// The message on a command line that `app` refused, for an unknown word with the most similar one.
+[[nodiscard]] std::string wrong_use(const CLI::App* app, const CLI::Error& error);
+/// `word`, where it is --executor or --deployment as --executors or --deployments.
+[[nodiscard]] std::string plural(const std::string& word);
+
+/// Adds a subcommand. After parsing it calls `run` if no output of the command is one of its inputs, a file
+/// of a run or trace that it reads, or another output, whatever links they are behind.
+CLI::App& add_command(CLI::App& app, const std::string& name, const std::string& description,
+                      const std::string& example, const std::function<void(const CLI::App&)>& run);
+/// The same with options, which live as long as the command. `run` gets them, or the command and them.
+template <class Options>
+std::pair<CLI::App&, Options&> add_command(CLI::App& app, const std::string& name,
+                                           const std::string& description, const std::string& example,
+                                           auto run) {
+  const auto options = std::make_shared<Options>();
+  return {add_command(app, name, description, example,
+                      [options, run](const CLI::App& command) {
+                        if constexpr (std::is_invocable_v<decltype(run), const CLI::App&, Options&>) {
+                          run(command, *options);
+                        } else {
+                          run(*options);
+                        }
+                      }),
+          *options};
+}
+/// Adds a subcommand that only has subcommands.
+CLI::App& add_parent(CLI::App& app, const std::string& name, const std::string& description,
+                     const std::string& example);
 
 /// The options that --help of a command shows; --help-all shows the others, too.
 void show_first(const CLI::App& command, const std::vector<std::string>& options);
-
-/// Of a command without options.
-struct NoOptions {};
-
-/// Adds a subcommand. After parsing it calls `run` with its options, which live as long as the
-/// command, or with the command and its options.
-template <class Options, class Run>
-std::pair<CLI::App&, Options&> add_command(CLI::App& app, const std::string& name,
-                                           const std::string& description, const std::string& example,
-                                           Run run) {
-  CLI::App& command = *app.add_subcommand(name, description);
-  auto options = std::make_shared<Options>();
-  command.footer(example.empty() ? "" : "Example:  " + example);
-  command.callback([&command, options, run] {
-    check_outputs(command);
-    show_settings(command);
-    if constexpr (std::is_invocable_v<Run, const CLI::App&, Options&>) {
-      run(std::as_const(command), *options);
-    } else {
-      run(*options);
-    }
-  });
-  return {command, *options};
-}
 
 /// Of the type of a value, or of what an optional value holds.
 template <class T>
@@ -76,8 +106,8 @@ CLI::Option* add_parsed(CLI::App& command, const std::string& option, Value& val
 template <class Enum>
 Enum value_of(const std::string& option, const std::string& word) {
   if (const auto value = parse<Enum>(word)) return *value;
-  throw CLI::ValidationError(option, word + " not in {" + program::joined(words<Enum>(), ",") + "}" +
-                                         did_you_mean(word, words<Enum>()));
+  throw CLI::ValidationError(
+      option, word + " not in {" + joined(words<Enum>(), ",") + "}" + did_you_mean(word, words<Enum>()));
 }
 
 /// Adds an option, or a position if its name has no dashes, that sets `value`: a flag, or a word of an
@@ -89,8 +119,7 @@ CLI::Option* add(CLI::App& command, const std::string& option, Value& value, con
     return command.add_flag(option, value, in_lines(help));
   } else {
     const auto read = [option](const std::string& word) { return value_of<Enum>(option, word); };
-    CLI::Option* const added =
-        add_parsed(command, option, value, read, program::joined(words<Enum>(), "|"), help);
+    CLI::Option* const added = add_parsed(command, option, value, read, joined(words<Enum>(), "|"), help);
     if constexpr (std::is_same_v<Value, Enum>) added->default_str(to_string(value));
     return added;
   }
@@ -126,11 +155,10 @@ Number value_of(const std::string& option, const std::string& text, Limits limit
   const double n = number ? static_cast<double>(*number) : std::nan("");
   if (n >= limits.least && n <= limits.most) return *number;
   constexpr Number kMost = std::numeric_limits<Number>::max();
+  const bool below = limits.most < static_cast<double>(kMost);
   throw CLI::ValidationError(
-      option, program::concat("`", text, "` is not a ", std::is_integral_v<Number> ? "whole " : "",
-                              "number from ", limits.least, " to ",
-                              limits.most < static_cast<double>(kMost) ? program::concat(limits.most)
-                                                                       : program::concat(kMost)));
+      option, concat("`", text, "` is not a ", std::is_integral_v<Number> ? "whole " : "", "number from ",
+                     limits.least, " to ", below ? concat(limits.most) : concat(kMost)));
 }
 
 /// One with a number within limits, a whole number for an integer `value`, which may be optional.
@@ -138,11 +166,11 @@ template <class Value>
 CLI::Option* add(CLI::App& command, const std::string& option, Value& value, Limits limits,
                  const std::string& unit, const std::string& help) {
   using Number = decltype(plain(value));
-  const auto read = [option, limits](const std::string& text) {
-    return value_of<Number>(option, text, limits);
+  const auto read = [option, limits](const std::string& word) {
+    return value_of<Number>(option, word, limits);
   };
   CLI::Option* const added = add_parsed(command, option, value, read, unit, with_range(help, limits));
-  if constexpr (std::is_same_v<Value, Number>) added->default_str(program::concat(value));
+  if constexpr (std::is_same_v<Value, Number>) added->default_str(concat(value));
   return added;
 }
 
@@ -169,21 +197,16 @@ inline constexpr const char* kAllInterfacesHelp = "Use all network interfaces, n
 inline constexpr const char* kJunitHelp = "Also write the gate's tests for CI (JUnit XML)";
 inline constexpr const char* kMarkdownHelp = "Also write the gate's summary for a pull request";
 
-/// Adds --json to a command that prints tables: it calls program::show_json() once.
+// Options of several commands; what they set must outlive the parse.
+
+/// --json of a command that prints tables: it calls program::show_json() once.
 CLI::Option* add_json_option(CLI::App& command);
-
-/// Adds --set.
 CLI::Option* add_set_option(CLI::App& command, std::vector<std::string>& set);
-/// Adds --set, --load, --rate and --copies.
+/// --set, --load, --rate and --copies.
 void add_scaling_options(CLI::App& command, setup::CommonOptions& options);
-
-/// The options given to a command, as words `--NAME=VALUE`, except the options in `without`.
-[[nodiscard]] std::vector<std::string> given_options(const CLI::App& command,
-                                                     const std::vector<std::string>& without);
-
-/// Adds the graph, its scaling, --work, --phases and --entity-order; `options` must outlive the parse.
+/// The graph, its scaling, --work, --phases and --entity-order.
 void add_graph_options(CLI::App& command, setup::CommonOptions& options);
-/// Adds --phases: a word, the step of `creation`, a file or a run. `given`, if any, becomes true with it.
+/// --phases: a word, the step of `creation`, a file or a run. `given`, if any, becomes true with it.
 CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& options, const std::string& help,
                                bool* given = nullptr);
 /// Sets what --phases names. Throws CLI::ValidationError.
@@ -191,28 +214,40 @@ void set_phases(setup::CommonOptions& options, const std::string& text);
 /// The words that it takes, as the kind of its value.
 [[nodiscard]] std::string phase_words();
 void add_entity_order_option(CLI::App& command, setup::CommonOptions& options);
-
-/// Writes an example into a new YAML file (--new), and names the command to use it with. Throws UsageError.
-void write_example(const std::string& file, const std::string& example, const char* next);
-
-/// Adds --duration up to `longest_s`, --warm-up, --repetitions and --seed.
+/// --duration up to `longest_s`, --warm-up, --repetitions and --seed.
 void add_length_options(CLI::App& command, setup::CommonOptions& options, double longest_s);
 void add_warm_up_option(CLI::App& command, setup::CommonOptions& options);
-
-/// Adds --cores and --platform, which describe the simulated machine.
+/// --cores and --platform, which describe the simulated machine.
 void add_platform_options(CLI::App& command, setup::PlatformOptions& options);
 void add_cores_option(CLI::App& command, std::optional<unsigned>& cores);
 CLI::Option* add_threads_option(CLI::App& command, unsigned& threads);
-
-/// Adds --output. `default_folder`: as the help shows it.
+/// --output. `default_folder`: as the help shows it.
 void add_output_option(CLI::App& command, setup::CommonOptions& options,
                        const std::string& default_folder = "runs/DATE-GRAPH");
-
-/// Adds --executors and --deployments. executors_of() resolves `paper` and `all`.
+/// --executors and --deployments.
 void add_executors_option(CLI::App& command, setup::CommonOptions& options);
 void add_deployments_option(CLI::App& command, setup::CommonOptions& options);
 /// The executors to run: the paper's seven for `paper` or without any executor or deployment, the
 /// whole registry for `all`.
 [[nodiscard]] std::vector<std::string> executors_of(const setup::CommonOptions& options);
+
+/// The options given to a command, as words `--NAME=VALUE`, except the options in `without`.
+[[nodiscard]] std::vector<std::string> given_options(const CLI::App& command,
+                                                     const std::vector<std::string>& without);
+/// Writes an example into a new YAML file (--new), and names the command to use it with. Throws UsageError.
+void write_example(const std::string& file, const std::string& example, const char* next);
+
+/// The command line of `run`.
+struct RunOptions : live::Options {
+  std::string against, junit, markdown;
+};
+void add_run_options(CLI::App& command, RunOptions& options);
+void add_simulate_options(CLI::App& command, simulated::Options& options);
+/// Those without --no-trace, --output and --json.
+void add_simulation_options(CLI::App& command, simulated::Options& options);
+/// Those without --contract and --margin.
+void add_analyze_options(CLI::App& command, guarantees::AnalyzeOptions& options);
+/// Adds `paper threads`.
+void add_paper_threads(CLI::App& paper);
 
 }  // namespace hotpath::commands
