@@ -20,7 +20,7 @@
 
 namespace hotpath::sweep {
 
-std::size_t Levels::count() const { return static_cast<std::size_t>((high - low) / step + 1e-9) + 1; }
+using program::concat, program::Table;
 
 double Levels::at(std::size_t index) const {
   return std::stod(program::text("%.12g", low + static_cast<double>(index) * step));
@@ -77,7 +77,7 @@ Requirement Requirement::parse(const std::vector<std::string>& words) {
       const auto limit_ms = hotpath::parse<double>(std::string_view(word).substr(name.size()));
       if (!(limit_ms > 0.0))
         throw program::UsageError(
-            program::concat("--require: `", word, "` has no limit; write ", name, "60 for 60 ms"));
+            concat("--require: `", word, "` has no limit; write ", name, "60 for 60 ms"));
       r.most_ms[name == "age:" ? Latency::age : Latency::hot_path] = *limit_ms;
     } else {
       throw program::UsageError("--require: `" + word + "` is not no-loss, deadlines, age:MS or latency:MS");
@@ -90,38 +90,34 @@ std::optional<std::string> Requirement::failure(const results::ExecutorSummary& 
   using Each = results::RepetitionMeasures;
   const std::vector<Each>& each = executor.each;
   if (each.empty()) return "nothing was measured";
-  struct Condition {
-    bool required;
-    std::function<bool(const Each&)> fails;
-    std::string why;
+  std::optional<std::string> first;
+  const auto require = [&](auto fails, const std::string& why) {
+    const auto count = first ? 0 : std::ranges::count_if(each, fails);
+    if (count > 0)
+      first = each.size() == 1 ? why : concat(why, " (", count, " of ", each.size(), " repetitions)");
   };
+  if (no_loss)
+    require([](const Each& r) { return r.lost() > 0; },
+            concat(executor.skipped, " timestamps skipped, ", executor.overwritten, " samples overwritten"));
+  if (deadlines)
+    require([](const Each& r) { return r.deadline_overruns > 0; },
+            concat(executor.after_warm_up.deadline_overruns, " deadlines missed"));
   const auto most = [&](auto of) { return of(*std::ranges::max_element(each, {}, of)); };
   const std::uint64_t never_ran = most([](const Each& r) { return r.never_ran; });
-  std::vector<Condition> conditions = {
-      {no_loss, [](const Each& r) { return r.lost() > 0; },
-       program::concat(executor.skipped, " timestamps skipped, ", executor.overwritten,
-                       " samples overwritten")},
-      {deadlines, [](const Each& r) { return r.deadline_overruns > 0; },
-       program::concat(executor.after_warm_up.deadline_overruns, " deadlines missed")},
-      {true, [](const Each& r) { return r.never_ran > 0; },
-       never_ran == 1 ? "a task never ran" : program::concat(never_ran, " tasks never ran")}};
+  require([](const Each& r) { return r.never_ran > 0; },
+          never_ran == 1 ? "a task never ran" : concat(never_ran, " tasks never ran"));
   for (std::size_t c = 0; !most_ms.empty() && c < executor.chains.size(); ++c) {
-    conditions.push_back({true, [c](const Each& r) { return r.chains[c].outputs == 0; },
-                          "no output of chain " + executor.chains[c].chain});
+    require([c](const Each& r) { return r.chains[c].outputs == 0; },
+            "no output of chain " + executor.chains[c].chain);
     for (const auto& [latency, limit_ms] : most_ms) {
       const auto of =
           latency == Latency::age ? &Each::OfChain::worst_age_ms : &Each::OfChain::worst_hot_path_ms;
       const auto worst = [c, of](const Each& r) { return r.chains[c].*of; };
-      conditions.push_back({true, [worst, limit = limit_ms](const Each& r) { return !(worst(r) <= limit); },
-                            program::text("%s %.1f ms", word_of(latency), most(worst))});
+      require([worst, limit = limit_ms](const Each& r) { return !(worst(r) <= limit); },
+              program::text("%s %.1f ms", word_of(latency), most(worst)));
     }
   }
-  for (const auto& [required, fails, why] : conditions) {
-    const auto count = required ? std::ranges::count_if(each, fails) : 0;
-    if (count == 0) continue;
-    return each.size() == 1 ? why : program::concat(why, " (", count, " of ", each.size(), " repetitions)");
-  }
-  return std::nullopt;
+  return first;
 }
 
 namespace {
@@ -172,42 +168,36 @@ std::optional<std::string> failure_of(const bounds::Guarantees& guaranteed, cons
     for (const auto& [latency, limit_ms] : require.most_ms) {
       const auto bound = guaranteed.of(named.name, latency);
       if (!bound || !(to_ms(Duration(bound->ns)) <= limit_ms))
-        return program::concat("no bound of ", named.name, " within the ", word_of(latency));
+        return concat("no bound of ", named.name, " within the ", word_of(latency));
     }
   return std::nullopt;
 }
 
+/// Throws UsageError.
+void check_levels(const CapacityOptions& options, const Levels& levels) {
+  const auto whole = [](double v) { return v == std::round(v) && v >= 1; };
+  if (!(options.from <= options.to)) throw program::UsageError("--from is greater than --to");
+  if (levels.count() > 1'000'000)
+    throw program::UsageError("--resolution: more than 1000000 levels; take a larger step");
+  if (options.over == Over::copies &&
+      !(whole(options.from) && whole(options.to) && whole(options.resolution)))
+    throw program::UsageError("--over copies: --from, --to and --resolution must be whole numbers from 1");
+  const setup::Limits limits = options.over == Over::load   ? setup::kLoads
+                               : options.over == Over::rate ? setup::kRates
+                                                            : setup::kCopies;
+  if (options.from >= limits.least && options.to <= limits.most) return;
+  const std::string over = to_string(options.over);
+  throw program::UsageError(concat("--over ", over, ": --from and --to must be in the range of --", over,
+                                   ", ", limits.least, " to ", limits.most));
+}
+
 class CapacitySearch {
  public:
-  explicit CapacitySearch(const CapacityOptions& options)
-      : options_(options),
-        over_(to_string(options.over)),
-        levels_{options.from, options.to, options.resolution},
-        found_(program::concat(options.graph, ", simulated: largest ", over_, " with ",
-                               program::joined(options.require.words), " (steps of ",
-                               exact(options.resolution), ")"),
-               {"executor", "largest " + over_, "analysis", "fails at", "why", "holds again at"}) {
+  explicit CapacitySearch(const CapacityOptions& options) : options_(options) {
+    check_levels(options, levels_);
     levels_table_.header.insert(levels_table_.header.end(), std::begin(kMeasures), std::end(kMeasures));
-    if (!(options.from <= options.to)) throw program::UsageError("--from is greater than --to");
-    if (levels_.count() > 1'000'000) {
-      throw program::UsageError("--resolution: more than 1000000 levels; take a larger step");
-    }
-    const auto whole = [](double v) { return v == std::round(v) && v >= 1; };
-    if (options.over == Over::copies &&
-        !(whole(options.from) && whole(options.to) && whole(options.resolution))) {
-      throw program::UsageError("--over copies: --from, --to and --resolution must be whole numbers from 1");
-    }
-    const setup::Limits limits = options.over == Over::load   ? setup::kLoads
-                                 : options.over == Over::rate ? setup::kRates
-                                                              : setup::kCopies;
-    if (options.from < limits.least || options.to > limits.most) {
-      throw program::UsageError(program::concat("--over ", over_,
-                                                ": --from and --to must be in the range of --", over_, ", ",
-                                                limits.least, " to ", limits.most));
-    }
-    if (options.repetitions < 2) {
+    if (options.repetitions < 2)
       std::cerr << "note: a single repetition gives no confidence; use --repetitions 20, for example\n";
-    }
   }
 
   void run() {
@@ -224,6 +214,13 @@ class CapacitySearch {
   /// Says why a level fails, and fills in its measures, if there are any.
   using Judge = std::function<std::optional<std::string>(double level, std::vector<program::Value>&)>;
 
+  simulated::Options at(simulated::Options options, double level) const {
+    if (options_.over == Over::load) options.load_given = level;
+    if (options_.over == Over::rate) options.rate_percent = level;
+    if (options_.over == Over::copies) options.copies = static_cast<unsigned>(level);
+    return options;
+  }
+
   /// The options of each executor, then of each deployment, at a level.
   std::vector<simulated::Options> each_at(double level) const {
     simulated::Options none = at(options_, level);
@@ -235,31 +232,25 @@ class CapacitySearch {
     return each;
   }
 
-  simulated::Options at(simulated::Options options, double level) const {
-    if (options_.over == Over::load) options.load_given = level;
-    if (options_.over == Over::rate) options.rate_percent = level;
-    if (options_.over == Over::copies) options.copies = static_cast<unsigned>(level);
-    return options;
-  }
-
   /// Rejects wrong use before the search, which would otherwise take it for a failing level.
   void check() const {
     for (const double level : {levels_.low, levels_.at(levels_.count() - 1)}) {
       const simulated::Options all = at(options_, level);
       const Graph graph = setup::graph_to_run(all);
-      [[maybe_unused]] const auto executors = setup::executors_to_run(all, graph, make_tasks(graph));
+      (void)setup::executors_to_run(all, graph, make_tasks(graph));
       for (const simulated::Options& one : each_at(level)) simulated::check_simulation(one);
     }
+  }
+
+  std::string shown(std::optional<std::size_t> level) const {
+    return level ? exact(levels_.at(*level)) : "-";
   }
 
   /// Adds what an executor or deployment carries to the tables.
   void search(const simulated::Options& one) {
     const Graph graph = setup::graph_to_run(one);
     const std::string label = setup::executors_to_run(one, graph, make_tasks(graph)).front().label;
-    const auto text = [&](std::optional<std::size_t> level) {
-      return level ? exact(levels_.at(*level)) : std::string("-");
-    };
-    const Judge judge = [&](double level, std::vector<program::Value>& measures) {
+    const Capacity c = tried(label, "simulated", [&](double level, std::vector<program::Value>& measures) {
       std::optional<std::string> why;
       std::cerr << label << ": " << over_ << " " << exact(level) << std::flush;
       try {
@@ -271,23 +262,23 @@ class CapacitySearch {
       }
       std::cerr << (why ? ": " + *why : " holds") << "\n";
       return why;
-    };
-    const Capacity c = tried(label, "simulated", judge);
+    });
     const auto fails = std::ranges::find_if(c.tried, [](const auto& t) { return t.second.has_value(); });
     const bool failed = fails != c.tried.end();
     std::vector<std::string> again;
-    for (const std::size_t level : c.again()) again.push_back(text(level));
-    found_.add_row({label, (c.highest == levels_.count() - 1 ? ">= " : "") + text(c.highest),
-                    analysed(one, label), failed ? text(fails->first) : "-", failed ? *fails->second : "",
+    for (const std::size_t level : c.again()) again.push_back(shown(level));
+    found_.add_row({label, (c.highest == levels_.count() - 1 ? ">= " : "") + shown(c.highest),
+                    analysed(one, label), failed ? shown(fails->first) : "-", failed ? *fails->second : "",
                     program::joined(again, " ")});
   }
 
   /// The largest level at which the bounds meet the requirement.
   std::string analysed(const simulated::Options& one, const std::string& label) {
+    if (!one.deployments.empty()) return "no method";
     bool any = false, for_these = false;
     std::string refused;  // the first level without exact values, or bounds, of several threads
     const std::size_t before = levels_table_.rows.size();
-    const Judge judge = [&](double level, auto&) -> std::optional<std::string> {
+    const Capacity c = tried(label, "analysis", [&](double level, auto&) -> std::optional<std::string> {
       const simulated::Options options = at(one, level);
       Graph graph = setup::graph_to_run(options);
       options.apply_to(graph.platform);
@@ -295,19 +286,16 @@ class CapacitySearch {
       const setup::ExecutorSpec spec = setup::executors_to_run(options, graph, tasks).front();
       std::string refusal;
       const auto guaranteed = setup::guarantees(graph, tasks, spec, &options, &refusal);
-      any = any || guaranteed;
       if (refused.empty() && !refusal.empty())
-        refused = program::concat("\n", label, ", ", over_, " ", exact(level), ": ", refusal, "\n");
-      for_these |= guaranteed && std::ranges::any_of(guaranteed->tasks, [](const auto& task) {
-                     return task && task->method == bounds::kExactMethod;
-                   });
+        refused = concat("\n", label, ", ", over_, " ", exact(level), ": ", refusal, "\n");
       if (!guaranteed) return refusal.empty() ? "no method covers it" : refusal;
+      any = true;
+      for_these |= std::ranges::any_of(
+          guaranteed->tasks, [](const auto& task) { return task && task->method == bounds::kExactMethod; });
       return failure_of(*guaranteed, tasks.set, graph, options_.require);
-    };
-    const Capacity c = one.deployments.empty() ? tried(label, "analysis", judge) : Capacity();
+    });
     notes_ += refused;
-    const std::string found = c.highest ? exact(levels_.at(*c.highest)) : "-";
-    if (any) return found + (for_these ? " for these phases" : "");
+    if (any) return shown(c.highest) + (for_these ? " for these phases" : "");
     levels_table_.rows.resize(before);
     return "no method";
   }
@@ -328,20 +316,18 @@ class CapacitySearch {
     return capacity;
   }
 
-  /// A level counts only if all repetitions hold. With 95 % confidence, at least this share of all
-  /// repetitions would hold.
-  std::string confidence() const {
-    return program::text(
-        "%u of %u repetitions of %g s must hold: with 95 %% confidence at least %.1f %% of all such runs do.",
-        options_.repetitions, options_.repetitions, options_.duration_s,
-        100 * std::pow(0.05, 1.0 / options_.repetitions));
-  }
-
   void write(const std::filesystem::path& folder) const {
-    std::cout << found_ << "\n" << confidence() << "\n" << notes_;
+    // With 95 % confidence, at least this share of all repetitions would hold.
+    const double share = 100 * std::pow(0.05, 1.0 / options_.repetitions);
+    const std::string below = program::text(
+                                  "\n%u of %u repetitions of %g s must hold: with 95 %% confidence at least "
+                                  "%.1f %% of all such runs "
+                                  "do.\n",
+                                  options_.repetitions, options_.repetitions, options_.duration_s, share) +
+                              notes_;
+    std::cout << found_ << below;
     program::create_folder(folder);
-    const std::string page = markdown_of(found_, {1, 2, 3}) + "\n" + confidence() + "\n" + notes_;
-    program::write_whole_file(folder / "capacity.md", page);
+    program::write_whole_file(folder / "capacity.md", markdown_of(found_, {1, 2, 3}) + below);
     program::write_whole_file(folder / "levels.csv", csv_of(levels_table_));
     nlohmann::json document = columns_and_rows(levels_table_);
     document.update({{"version", HOTPATH_VERSION}, {"over", over_}});
@@ -352,11 +338,15 @@ class CapacitySearch {
   }
 
   const CapacityOptions options_;
-  const std::string over_;
-  const Levels levels_;
-  program::Table found_;  ///< What is printed, and stored for a page.
-  std::string notes_;     ///< Below it.
-  program::Table levels_table_{"", {"executor", "source", over_, "holds", "capacity", "why"}};
+  const std::string over_ = to_string(options_.over);
+  const Levels levels_{options_.from, options_.to, options_.resolution};
+  /// What is printed, and stored for a page, and the notes below it.
+  Table found_{
+      concat(options_.graph, ", simulated: largest ", over_, " with ",
+             program::joined(options_.require.words), " (steps of ", exact(options_.resolution), ")"),
+      {"executor", "largest " + over_, "analysis", "fails at", "why", "holds again at"}};
+  std::string notes_;
+  Table levels_table_{"", {"executor", "source", over_, "holds", "capacity", "why"}};
 };
 
 }  // namespace

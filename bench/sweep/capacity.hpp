@@ -16,7 +16,8 @@ namespace hotpath::sweep {
 struct Levels {
   double low = 0, high = 0, step = 1;
 
-  [[nodiscard]] std::size_t count() const;           ///< >= 1.
+  /// >= 1.
+  [[nodiscard]] std::size_t count() const { return static_cast<std::size_t>((high - low) / step + 1e-9) + 1; }
   [[nodiscard]] double at(std::size_t index) const;  ///< Rounded to 12 digits.
 };
 

@@ -131,8 +131,6 @@ Design load_sweep(const std::string& file) {
   design.file = file;
   design.text = read_text_file(file);
   const YamlMap map(file, design.text, "the sweep", kRemedy);
-  if (const auto old = map.find("design"))
-    old->fail("`design` is gone: a sweep is the grid of the listed values", "leave it out");
   map.check_keys({"command", "fixed", "axes", "repetitions", "seed", "keep"});
   const std::vector<std::string> commands = {"simulate", "run", "analyze"};
   design.command = commands[map.require("command", "simulate").choice(commands)];
@@ -152,9 +150,6 @@ Design load_sweep(const std::string& file) {
   parse_axes(map.require("axes", "{load: {from: 20, to: 90, step: 10}}"), design);
   if (const auto keep = map.find("keep")) {
     if (design.command == "analyze") keep->fail("analyses write no folders", "leave `keep` out");
-    if (keep->is_list())
-      keep->fail("`keep` lists no cells any more",
-                 "write `keep: all`, or simulate a cell's options and `seed` from the table");
     design.keep = keep->choice({"none", "all"}) == 1;
   }
   return design;

@@ -46,15 +46,13 @@ std::string line_of(std::uint64_t cell, const std::string& rows) {
          record + "\n";
 }
 
-/// Parses a line of the journal; false: the line is damaged.
-bool parse(const std::string& line, std::uint64_t& cell, std::string& rows) {
-  const std::size_t record = std::min(line.find(' '), line.size());
-  const json read = json::parse(line.substr(record), nullptr, false);
+/// The cell and its rows in a line of the journal; std::nullopt: the line is damaged.
+std::optional<std::pair<std::uint64_t, std::string>> parse(const std::string& line) {
+  const json read = json::parse(line.substr(std::min(line.find(' '), line.size())), nullptr, false);
   if (!read.is_array() || read.size() != 2 || !read[0].is_number_unsigned() || !read[1].is_string())
-    return false;
-  read[0].get_to(cell);
-  read[1].get_to(rows);
-  return line_of(cell, rows) == line + "\n";
+    return std::nullopt;
+  const std::pair<std::uint64_t, std::string> parsed{read[0], read[1]};
+  return line_of(parsed.first, parsed.second) == line + "\n" ? std::optional(parsed) : std::nullopt;
 }
 
 [[noreturn]] void refuse(const auto&... problem) {
@@ -120,20 +118,17 @@ Journal::Journal(fs::path folder, const Design& design) : Journal(std::move(fold
 void Journal::read_back() {
   if (!fs::is_regular_file(file_)) return;  // a device, which may have no end
   std::ifstream in(file_);
-  std::string line, rows;
   std::uintmax_t whole = 0, at = 0;  // bytes up to the last intact line, and up to this one
   std::size_t number = 0, damaged = 0, damaged_before = 0, first_damaged = 0;
-  std::uint64_t cell = 0;
-  while (std::getline(in, line)) {
+  for (std::string line; std::getline(in, line);) {
     ++number;
     at += line.size() + 1;
-    if (in.eof() || !parse(line, cell, rows)) {
-      if (damaged++ == 0) first_damaged = number;
-      continue;
-    }
+    const auto parsed = in.eof() ? std::nullopt : parse(line);
+    if (!parsed && damaged++ == 0) first_damaged = number;
+    if (!parsed) continue;
     whole = at;
     damaged_before = damaged;
-    if (cell < cells_) rows_.emplace(cell, rows);
+    if (parsed->first < cells_) rows_.insert(*parsed);
   }
   done_ = rows_.size();
   if (in.bad()) fail(errno);
