@@ -10,7 +10,7 @@ import contextlib
 import json
 import os
 import random
-import re
+import signal
 import subprocess
 import sys
 import time
@@ -24,6 +24,7 @@ from hotpath_report.files import make_folder, read_json, write_json
 from hotpath_report.run import Run
 
 HOT_PATH = "hot_path"  # no program, but `hotpath run`
+GRACE_S = 5
 Rows = list[dict[str, Any]]  # of Google Benchmark's JSON
 PROGRAMS = ("scheduler", "simulator", "executor", "transport", HOT_PATH)
 
@@ -43,46 +44,24 @@ def find_program(name: str) -> Path:
     )
 
 
-def shared_memory_of(process: Path) -> set[str]:
-    """Files of /dev/shm that a process, given by its folder in /proc, maps or has open."""
-    with contextlib.suppress(OSError):
-        opened = [os.readlink(descriptor) for descriptor in (process / "fd").iterdir()]
-        found = re.findall(
-            r"/dev/shm/\S+$", "\n".join([(process / "maps").read_text(), *opened]), re.MULTILINE
-        )
-        # Another container has another /dev/shm, where Fast DDS's ports have the same names.
-        return {f for f in found if Path(f).exists() and os.path.samefile(f"{process}/root{f}", f)}
-    return set()
-
-
-def end_group(leader: subprocess.Popen[bytes]) -> None:
-    """Kills a program and all that it started, and removes what they can no longer remove themselves: Fast DDS's files
-    that nobody else uses."""
-    processes, files = list(Path("/proc").glob("[0-9]*")), set()
-    for process in processes:
-        with contextlib.suppress(ProcessLookupError):
-            files |= shared_memory_of(process) if os.getpgid(int(process.name)) == leader.pid else set()
-    os.killpg(leader.pid, 9)
-    leader.wait()
-    for file in files.difference(*map(shared_memory_of, Path("/proc").glob("[0-9]*"))):
-        for path in (Path(file), Path(file).with_name(f"sem.{Path(file).name}_mutex")):
-            path.unlink(missing_ok=True)
-
-
 def execute(words: list[str], log: Path, time_out_s: float) -> str:
     """Runs a program; returns what went wrong, or nothing."""
+    command = [*hotpath_command.ENDS_WITH_US, *words]
     environment = {**os.environ, "HOTPATH_FIGURES": "none"}
-    with log.open("wb") as file:
-        command = [*hotpath_command.ENDS_WITH_US, *words]
-        process = subprocess.Popen(command, stdout=file, stderr=file, env=environment, start_new_session=True)
+    with log.open("wb") as file, subprocess.Popen(
+        command, stdout=file, stderr=file, env=environment, start_new_session=True
+    ) as process:
         try:
             status = process.wait(time_out_s)
-        except subprocess.TimeoutExpired:
-            end_group(process)
+        except (subprocess.TimeoutExpired, Interrupted) as error:
+            process.terminate()  # `hotpath run` ends its processes and removes Fast DDS's files
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(GRACE_S)
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            if isinstance(error, Interrupted):
+                raise
             return "did not end in time; see --time-out"
-        except Interrupted:
-            end_group(process)
-            raise
     how = f"ended with exit code {status}" if status > 0 else f"was ended by signal {-status}"
     return "" if status == 0 else f"failed: it {how}; see its .txt in raw/"
 

@@ -3,7 +3,7 @@
 
 import contextlib
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterator, Sized
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,12 @@ class RunError(Exception):
 
 class Missing(Exception):
     """A figure, table or check has no data; the page leaves it out. Never reaches the user."""
+
+
+def need(*data: Sized) -> None:
+    """Raises Missing if any of `data` is empty."""
+    if not all(map(len, data)):
+        raise Missing
 
 
 class Interrupted(Exception):

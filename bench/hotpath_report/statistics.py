@@ -33,6 +33,10 @@ class Estimate(NamedTuple):
         """Whether there were several repetitions or blocks to resample."""
         return not math.isnan(self.low)
 
+    def above(self, neutral: float) -> bool:
+        """Whether the value lies above `neutral` beyond noise; exact values have no noise."""
+        return self.value > neutral and not self.low <= neutral <= self.high
+
     def text(self, digits: int) -> str:
         """`value [low, high]` with `digits` decimals."""
         value = f"{self.value:.{digits}f}"
@@ -80,6 +84,10 @@ class Samples:
     def quantile(self, p: float) -> float:
         """Quantile at probability `p` without its interval."""
         return self.estimate(p).value
+
+    def too_few(self) -> bool:
+        """Whether a measurement was too short for an interval, and so for a verdict."""
+        return not self.exact and not self.estimate(1.0).has_interval
 
     @property
     def worst(self) -> float:

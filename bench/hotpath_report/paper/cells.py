@@ -28,8 +28,8 @@ UTILISATIONS = (60, 80, 90)
 PAPER_LOAD_PERCENT = 80
 # In the order of the page.
 ITEMS = [
-    SimpleNamespace(**{"paper": "", "options": {}, "figure": item["name"].replace("-", "_")} | item)
-    for item in read_spec("items.toml")["item"]
+    SimpleNamespace(**{"name": name, "paper": "", "figure": name.replace("-", "_")} | item)
+    for name, item in read_spec("items.toml").items()
 ]
 NAMES = tuple(item.name for item in ITEMS)
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from hotpath_report.errors import Missing
+from hotpath_report.errors import Missing, need
 from hotpath_report.figures.timers import TimerRuns
 from hotpath_report.files import Rows, csv_text, make_folder, read_json, read_rows, write_file
 from hotpath_report.files import write_json
@@ -21,6 +21,7 @@ from hotpath_report.run import COUNTS, Run
 from hotpath_report.statistics import Samples, grouped
 
 REAL = "real"  # the source of its rows
+WITH_COST = "timers_with_release_cost"  # a study
 PACKAGES = ("reference_system", "hotpath_reference_system")  # in the source tree and installed
 COUNTED_IN_TRACES = "events-re"  # the longer runs lack it
 AUTOWARE_CRUNCH_LIMIT = 6000  # 80 % of one core on the reference machine
@@ -60,10 +61,6 @@ class Reference:
         autoware = read_rows(folder / "rclcpp_autoware.csv")
         self.hot_path = {r["executor"]: r for r in autoware if r["crunch_limit"] == AUTOWARE_CRUNCH_LIMIT}
 
-    def hot_path_ms(self, quantile: str) -> dict[str, float]:
-        """By executor; `quantile` is p50, p90, p99 or max."""
-        return {executor: row[f"hot_path_{quantile}_ms"] for executor, row in self.hot_path.items()}
-
 
 def base_name(executor: str) -> str:
     """Executor without its number of threads (`multi` for `multi:2`)."""
@@ -93,6 +90,19 @@ class Evidence:
     def latencies(self, study: str, source: str, executor: str) -> Samples:
         """Hot-path latencies in ms at the paper's load."""
         return self.all_latencies.get((study, source, PAPER_LOAD_PERCENT, executor), Samples([]))
+
+    def hot_paths(self, source: str, *executors: str) -> list[Samples]:
+        """Latencies (ms) of the executors. Raises Missing if any has none."""
+        found = [self.latencies("autoware", source, executor) for executor in executors]
+        need(*found)
+        return found
+
+    def real_hot_paths_ms(self, quantile: str, *executors: str) -> list[float]:
+        """Quantiles (p50, p90, p99 or max) of the real ROS 2 stack. Raises Missing if an executor has none."""
+        rows = self.reference.hot_path
+        if not rows.keys() >= set(executors):
+            raise Missing
+        return [rows[executor][f"hot_path_{quantile}_ms"] for executor in executors]
 
     def draws(self, source: str, executor: str) -> list[tuple[float, float]]:
         """Median and worst latency (ms) of each draw of random phases."""

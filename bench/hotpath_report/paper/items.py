@@ -4,17 +4,18 @@ have data; it raises Missing where the remaining parts have none."""
 
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import partial
 from itertools import product
 
 from hotpath_report import style
-from hotpath_report.errors import Missing
-from hotpath_report.figures import bounds, hot_path, timers, violins
+from hotpath_report.errors import Missing, need
+from hotpath_report.figures import bounds, timers, violins
+from hotpath_report.figures import hot_path as violins_of_chains
 from hotpath_report.figures.timers import GROUPS
 from hotpath_report.figures.violins import Drawing, Row
 from hotpath_report.pages.writer import HEADER, Table, compared, percentile_cells
 from hotpath_report.paper.cells import EXECUTORS, UTILISATIONS
-from hotpath_report.paper.checks import WITH_COST, need
-from hotpath_report.paper.evidence import Evidence
+from hotpath_report.paper.evidence import WITH_COST, Evidence
 from hotpath_report.run import SOURCES
 from hotpath_report.statistics import Samples, grouped, median, percent_of, total
 
@@ -23,7 +24,7 @@ SETS = {percent: f"{percent} % set" for percent in UTILISATIONS}
 
 
 def hot_path_of(
-    evidence: Evidence, executors: str, study: str = "autoware", baseline: str = hot_path.BASELINE
+    evidence: Evidence, executors: str, study: str = "autoware", baseline: str = violins_of_chains.BASELINE
 ) -> Parts:
     """Hot-path latencies compared with a baseline; for the study `autoware` with those of the real stack."""
 
@@ -50,7 +51,12 @@ def hot_path_of(
     rows = [Row(e, e, [latencies(source, e) for source in SOURCES]) for e in names]
     rows = [row for row in rows if row.halves]
     need(rows)
-    yield hot_path.draw_rows(hot_path.with_ratios(rows, baseline), worst_ms)
+    yield violins_of_chains.draw_rows(violins_of_chains.with_ratios(rows, baseline), worst_ms)
+
+
+hot_path = partial(hot_path_of, executors="paper_hot_path")
+executors = partial(hot_path_of, executors="all_on_autoware")
+rules = partial(hot_path_of, executors="rules", study="rules", baseline="rm-ro")
 
 
 def dropped_jobs(evidence: Evidence) -> Parts:
@@ -91,6 +97,9 @@ def responses(evidence: Evidence, group: str) -> Parts:
     yield Table("Response times", header, rows, folded=True)
 
 
+response_camera, response_lidar, response_imu = (partial(responses, group=group) for group in GROUPS)
+
+
 def tightness(evidence: Evidence) -> Drawing:
     """Worst responses in percent of their bounds."""
     with_cost, executors = evidence.timer_runs(WITH_COST).counts, EXECUTORS["with_bounds"]
@@ -107,7 +116,7 @@ def tightness(evidence: Evidence) -> Drawing:
     return Drawing(bounds.tightness(table), table)
 
 
-def wcrt(evidence: Evidence) -> Parts:
+def wcrt_table(evidence: Evidence) -> Parts:
     """The bounds of Table I, and worst responses relative to the exact bounds."""
     with suppress(Missing):
         yield tightness(evidence)
@@ -123,7 +132,7 @@ def wcrt(evidence: Evidence) -> Parts:
     yield Table(title, ["δ of", "task", *SETS.values()], rows)
 
 
-def reductions(evidence: Evidence) -> Parts:
+def end_to_end(evidence: Evidence) -> Parts:
     histogram, summary = (evidence.table(f"waters_{name}.csv") for name in ("histogram", "summary"))
     yield Drawing(bounds.reductions(histogram, summary), histogram)
     rows = [
@@ -142,7 +151,7 @@ def reductions(evidence: Evidence) -> Parts:
     yield Table("Reduction of end-to-end bounds", [*header, "lower, % of chains"], rows)
 
 
-def release_cost(evidence: Evidence) -> Parts:
+def overhead(evidence: Evidence) -> Parts:
     table = evidence.table("release_cost.csv")
     yield Drawing(bounds.release_cost(table, style.colour_of(EXECUTORS["with_bounds"][0])), table)
     delta, constant = bounds.fit_release_cost(table)
@@ -151,7 +160,7 @@ def release_cost(evidence: Evidence) -> Parts:
     yield Table(title, ["timers", "passes", "median ns", "p99 ns", "max ns"], rows)
 
 
-def over_phases(evidence: Evidence) -> Parts:
+def phases(evidence: Evidence) -> Parts:
     rows, draws = [], {}
     for source, executor in product(SOURCES, EXECUTORS["all_on_autoware"]):
         if found := evidence.draws(source, executor):
@@ -169,4 +178,4 @@ def over_phases(evidence: Evidence) -> Parts:
     }
     columns = ("source", "executor", "draw", "median_ms", "worst_ms")
     table = [dict(zip(columns, (*key, k, *of))) for key, found in draws.items() for k, of in enumerate(found)]
-    yield Drawing(hot_path.over_phases(draws, creation, EXECUTORS["with_phases"]), table)
+    yield Drawing(violins_of_chains.over_phases(draws, creation, EXECUTORS["with_phases"]), table)

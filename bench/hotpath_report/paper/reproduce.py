@@ -73,25 +73,13 @@ def open_folder(folder: Path, mode: str, cells: list[Cell]) -> TextIO:
     return file
 
 
-def tell_repeated(runner: Runner, todo: list[Cell], output: Path) -> None:
-    """Notes which complete live cells are measured again, and why."""
-    live = (facts_of(runner.folder / c.name / "cell.json") for c in todo if c.source == "live")
-    processors = ",".join(map(str, runner.cpus))
-    how = {False: f"by another build than {runner.build}", True: f"on other processors than {processors}"}
-    repeated = Counter(how[facts["build"] == runner.build] for facts in live if facts.get("complete"))
-    for why, count in repeated.items():
-        again = f"measuring them again; the old results move to {output}/superseded"
-        tell(f"{count} live cells were measured {why}: {again}")
-
-
-def measure(runner: Runner, wanted: list[Cell], output: Path) -> None:
+def measure(runner: Runner, wanted: list[Cell]) -> None:
     """Runs the missing cells. Raises Interrupted."""
     import tqdm
 
     todo = [c for c in wanted if not runner.complete(c)]
     if len(todo) < len(wanted):
         tell(f"{len(wanted) - len(todo)} of {len(wanted)} cells are complete; continuing with the rest")
-    tell_repeated(runner, todo, output)
     total, hidden = sum(c.seconds for c in todo), not sys.stderr.isatty()
     with tqdm.tqdm(total=total, bar_format=BAR, leave=False, disable=hidden) as bar:
         for cell in todo:
@@ -140,7 +128,7 @@ def reproduce(options: str) -> int:
         runner = Runner(str(program), build, output, sorted(os.sched_getaffinity(0), reverse=True))
         try:
             with interruptible():
-                measure(runner, wanted, output)
+                measure(runner, wanted)
                 present(output, o["mode"], items, cells, [c for c in cells if runner.complete(c)])
         except Interrupted as signalled:
             done = f"Interrupted; {sum(map(runner.complete, cells))} cells are complete"

@@ -21,8 +21,7 @@ from hotpath_report.paper import evidence as evidence_of
 from hotpath_report.paper import items as parts_of
 from hotpath_report.paper.cells import ITEMS, MODES, SPEC, UTILISATIONS
 from hotpath_report.paper.cells import duration_text
-from hotpath_report.paper.checks import LIMITS, hot_paths, real_ms
-from hotpath_report.paper.claims import Verdict, judge
+from hotpath_report.paper.claims import LIMITS, Verdict, judge
 from hotpath_report.paper.evidence import REAL, Evidence
 from hotpath_report.paper.runner import CAUSES
 from hotpath_report.run import SOURCES
@@ -43,10 +42,10 @@ def slowdowns(evidence: Evidence) -> dict[str, Estimate]:
     found, pair = {}, ("default", "rm-ro")
     for source in SOURCES:
         with suppress(Missing):
-            default, ours = hot_paths(evidence, source, *pair)
+            default, ours = evidence.hot_paths(source, *pair)
             found[source] = statistics.ratio(default, ours, 1.0)
     with suppress(Missing):
-        worst = real_ms(evidence, "max", *pair)
+        worst = evidence.real_hot_paths_ms("max", *pair)
         found[REAL] = Estimate(worst[0] / worst[1])
     return found
 
@@ -80,7 +79,7 @@ def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
     for item in (item for item in ITEMS if item.name in items):
         section = Section(item.name, item.title, item.paper or "Beyond the paper", item.text)
         with suppress(Missing):
-            for part in getattr(parts_of, item.shows)(evidence, **item.options):
+            for part in getattr(parts_of, item.name.replace("-", "_"))(evidence):
                 if isinstance(part, Drawing):
                     section.figures.append(make_figure(item.figure, item.caption, part))
                 elif part.rows:

@@ -24,8 +24,7 @@ from hotpath_command import CommandTest
 
 from hotpath_report.paper import cells, checks
 from hotpath_report.paper import evidence as evidence_of
-from hotpath_report.paper.claims import judge
-from hotpath_report.paper.checks import NO_DATA, NOT, PARTLY, REPRODUCED
+from hotpath_report.paper.claims import NO_DATA, NOT, PARTLY, REPRODUCED, judge
 from hotpath_report.paper.cells import NAMES
 
 BENCH = Path(__file__).resolve().parents[2]  # holds the package
