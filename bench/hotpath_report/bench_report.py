@@ -57,9 +57,8 @@ class Bench:
         try:
             self.facts: dict[str, Any] = content["context"]
             self.machine: dict[str, Any] = self.facts["machine"]
-            for row in content["benchmarks"]:
-                for key, value in values_of(row):
-                    self.values.setdefault(key, []).append(value)
+            for key, value in (found for row in content["benchmarks"] for found in values_of(row)):
+                self.values.setdefault(key, []).append(value)
         except (KeyError, TypeError, AttributeError) as error:
             raise InputError(f"{path}: not written by `hotpath bench`: {error!r}") from None
         if not self.values:
@@ -67,27 +66,20 @@ class Bench:
         self.medians = {key: median(values) for key, values in self.values.items()}
         self.partial = self.facts.get("complete") is not True  # some measurements are missing
 
-    def value(self, benchmark: str, metric: str, over: str | float) -> float | None:
-        """The value of a row of bench.toml; None if not measured."""
-        name, inverse = metric.removeprefix("1 / "), metric.startswith("1 / ")
-        found = [v for (key, of), v in self.medians.items() if of == name and re.fullmatch(benchmark, key)]
-        if not found:
-            return None
-        value = 1 / max(found) if inverse else max(found)
-        if not isinstance(over, str):
-            return value * over
-        yardstick = self.medians.get((over, name)) or self.medians.get((over, TIME))
-        return value / yardstick if yardstick else None
-
-
-def bars(bench: Bench) -> list[list[Any]]:
-    """Measurements against their bars (upper limits): what, value, bar and verdict."""
-    rows = []
-    for what, benchmark, metric, over, *bar in SPEC["bars"]:
-        if (value := bench.value(benchmark, metric, over)) is not None:
-            verdicts = ["met" if value <= limit else Markup("**not met**") for limit in bar]
-            rows.append([what, three_digits(value), *(bar + verdicts or ["", ""])])
-    return rows
+    def bars(self) -> Iterator[list[Any]]:
+        """The rows of bench.toml that were measured: what, value, bar (an upper limit) and verdict."""
+        for what, benchmark, metric, over, *bar in SPEC["bars"]:
+            name = metric.removeprefix("1 / ")
+            found = [
+                v for (key, of), v in self.medians.items() if of == name and re.fullmatch(benchmark, key)
+            ]
+            if isinstance(over, str):
+                yardstick = self.medians.get((over, name)) or self.medians.get((over, TIME))
+                over = 1 / yardstick if yardstick else 0
+            if found and over:
+                value = over / max(found) if metric != name else max(found) * over
+                verdicts = ["met" if value <= limit else Markup("**not met**") for limit in bar]
+                yield [what, three_digits(value), *(bar + verdicts or ["", ""])]
 
 
 def write(folder: str) -> None:
@@ -95,5 +87,5 @@ def write(folder: str) -> None:
     from hotpath_report.pages.text import render  # not needed to measure
 
     bench, path = Bench(folder), Path(folder) / "report.md"
-    write_file(path, render("bench.md", "md", {"bench": bench, "bars": bars(bench)}))
+    write_file(path, render("bench.md", "md", {"bench": bench, "bars": list(bench.bars())}))
     print(path)

@@ -103,8 +103,7 @@ def run_hot_path(program: Path, output: Path, options: dict[str, Any], rows: Row
 def read_machine(folder: Path) -> dict[str, Any]:
     """What `hotpath doctor` says, which notes on standard error what may disturb a measurement."""
     path = folder / "machine.json"
-    program = [*hotpath_command.ENDS_WITH_US, str(hotpath_command.program())]
-    command = [*program, "doctor", "--duration", "0.2", "--output", str(path)]
+    command = hotpath_command.command("doctor", "--duration", "0.2", "--output", path)
     if subprocess.run(command, stdout=subprocess.DEVNULL, check=False).returncode:
         raise RunError("`hotpath doctor` failed")
     machine: dict[str, Any] = read_json(path)
