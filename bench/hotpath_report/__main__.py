@@ -35,17 +35,12 @@ COMMANDS = {
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command. Returns exit code 2 for unusable input and 1 for any other failure; the
     last line on standard error names the problem."""
-    with contextlib.redirect_stdout(PrintableStream(sys.stdout)):  # type: ignore[type-var]
-        return run(sys.argv[1:] if arguments is None else arguments)
-
-
-def run(arguments: Sequence[str]) -> int:
-    """Runs one command without filtering its output."""
-    command, *words = arguments
+    command, *words = sys.argv[1:] if arguments is None else arguments
     try:
         module, name = COMMANDS[command].split(":")
-        code = int(getattr(load(module), name)(*words) or 0)
-        sys.stdout.flush()
+        with contextlib.redirect_stdout(PrintableStream(sys.stdout)):  # type: ignore[type-var]
+            code = int(getattr(load(module), name)(*words) or 0)
+            sys.stdout.flush()
         return code
     except BrokenPipeError:  # the reader closed the pipe
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -318,8 +318,9 @@ class StoredRuns(SimulateTest):
             summary = (run.path / "summary.json").read_bytes()
             asked = f"echo '{json.dumps(['responses', str(run.path)])}' |"
             responses = self.accepted("feed", given=asked)
-            page = f"echo '{json.dumps(['page', [str(run.path)]])}' |"
-            for answer in (responses, self.accepted("feed", given=page)):
+            golden = ["golden", str(REFERENCE_SYSTEM / "ros2_reference/traces/timers_only_60.default.csv")]
+            others = f"echo '{json.dumps(['page', [str(run.path)]])}\n{json.dumps(golden)}' |"
+            for answer in (responses, *self.accepted("feed", given=others).splitlines()):
                 self.assertIn("answer", document(Path("feed.json"), answer))
             files = {}
             for name in ("jobs.csv", "chains.csv"):

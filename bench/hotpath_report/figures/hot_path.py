@@ -25,9 +25,9 @@ NOTE = "end of a violin: worst case, compared with `default`"
 CREATION: dict[str, Any] = {"linewidth": 1.2, "linestyle": (0, (2, 1.5))}
 
 
-def compared(samples: Samples | None, baseline: Samples | None) -> str:
+def compared(samples: Samples, baseline: Samples | None) -> str:
     """A worst case relative to the baseline's, in a few words."""
-    if not samples or not baseline or samples is baseline or samples.worst <= 0:
+    if not baseline or samples is baseline or samples.worst <= 0:
         return ""
     factor = baseline.worst / samples.worst
     if factor >= 1.05:
@@ -37,8 +37,8 @@ def compared(samples: Samples | None, baseline: Samples | None) -> str:
 
 def with_ratios(rows: list[Row], baseline: str = BASELINE) -> list[Row]:
     """The rows with each worst case's ratio to the baseline of the same source."""
-    base = next((row.samples for row in rows if row.executor == baseline), (None, None))
-    return [replace(row, notes=[compared(*pair) for pair in zip(row.samples, base)]) for row in rows]
+    base: Mapping[str, Samples] = next((row.samples for row in rows if row.executor == baseline), {})
+    return [replace(r, notes={s: compared(of, base.get(s)) for s, of in r.samples.items()}) for r in rows]
 
 
 def draw_limits(axes: Axes, limits: Sequence[dict[str, Any]]) -> None:
@@ -64,7 +64,7 @@ def rows_of_runs(frames: Sequence[dict[str, Samples]], runs: Sequence[Run]) -> l
         for k, both in enumerate(itertools.zip_longest(*of_source.values())):
             counts = ", ".join(str(len(s)) for s in both if s is not None)
             name = executor if k == 0 else f"{executor} ({k + 1})"
-            rows.append(Row(f"{name}\nn = {counts}", executor, both))
+            rows.append(Row(f"{name}\nn = {counts}", executor, {s: of for s, of in zip(SOURCES, both) if of}))
     return rows
 
 
@@ -85,14 +85,14 @@ def draw_run(folder: str) -> None:
     )
     for axes, (chain, of_chain) in zip(panels, rows.items()):
         limit = violins.axis_limit(of_chain, [x["ms"] for x in limits])
-        if any(any(row.notes) for row in of_chain):
+        if any(any(row.notes.values()) for row in of_chain):
             limit *= 1.12  # room for the note behind the longest violin
         violins.draw_rows(axes, of_chain, limit, violins.sources_of(first), " ms")
         axes.set_xlabel(AGE if aged else "hot-path latency (ms)")
         if len(rows) > 1:
             axes.set_title(chain)
         draw_limits(axes, limits if axes is panels[0] else ())
-    key = [style.patch(NOTE, alpha=0)] if any(any(row.notes) for row in first) else []
+    key = [style.patch(NOTE, alpha=0)] if any(any(row.notes.values()) for row in first) else []
     violins.add_key(figure, violins.sources_of(first), key)
     answer = next(iter(run.verdict()), "").split(". ")[0] if aged else "Hot-path latency per executor"
     style.save(
@@ -117,7 +117,7 @@ def draw_rows(
     table = violins.percentile_table(
         ({"source": source, "executor": row.executor}, samples)
         for row in rows
-        for source, samples in row.halves
+        for source, samples in row.samples.items()
     )
     return Drawing(figure, table)
 
@@ -129,7 +129,7 @@ def over_phases(
 ) -> Figure:
     """Worst latencies of random phase draws, beside that of the creation order."""
     shown = [e for e in executors if draws.get(("simulated", e))]
-    rows = [Row(e, e, [Samples([w] for _, w in draws["simulated", e]), None]) for e in shown]
+    rows = [Row(e, e, {"simulated": Samples([w] for _, w in draws["simulated", e])}) for e in shown]
     live = {e: [w for _, w in draws.get(("live", e), [])] for e in shown}
     figure, (axes,) = style.new_figure(1 + 0.5 * len(rows))
     limit = violins.axis_limit(rows, [w for worst in live.values() for w in worst])

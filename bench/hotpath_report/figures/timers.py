@@ -16,7 +16,6 @@ from hotpath_report import style
 from hotpath_report.figures import violins
 from hotpath_report.figures.violins import Row
 from hotpath_report.files import Rows
-from hotpath_report.hotpath_command import executor_named
 from hotpath_report.run import SOURCES
 from hotpath_report.statistics import Samples, grouped, percent_of, total
 from hotpath_report.style import FAINT, INK
@@ -115,13 +114,15 @@ def drops(runs: TimerRuns, labels: Mapping[Any, str]) -> Figure:
     return figure
 
 
-Bounds = Mapping[tuple[Any, str], Mapping[str, float]]  # {(setting, group): {executor: ms}}
+def largest(rows: Rows, column: str) -> float:
+    """The largest known value of a column; infinite if none is known."""
+    return max((row[column] for row in rows if row[column]), default=math.inf)
 
 
-def draw_panel(axes: Axes, runs: TimerRuns, key: tuple[Any, str], bounds: Bounds) -> None:
+def draw_panel(axes: Axes, runs: TimerRuns, with_cost: TimerRuns, setting: int, group: str) -> None:
     """Draws deadlines (an arrow marks a deadline beyond the axis), analytical bounds and the real
-    stack's worst values; `key`: setting and group."""
-    limit, (setting, group) = axes.get_xlim()[1], key
+    stack's worst values."""
+    limit = axes.get_xlim()[1]
     here = (r for r in runs.counts if (r["utilisation_percent"], r["group"]) == (setting, group))
     for deadline in dict.fromkeys(row["deadline_ms"] for row in here if row.get("deadline_ms")):
         beyond = deadline > limit
@@ -131,45 +132,36 @@ def draw_panel(axes: Axes, runs: TimerRuns, key: tuple[Any, str], bounds: Bounds
         look = {"va": "baseline", "ha": "right" if beyond else "center", "color": FAINT}
         style.note(axes, text, (min(deadline, limit), 1), (0, 2), xycoords=style.ABOVE, **look)
     for y, executor in enumerate(runs.executors):
-        bound = bounds.get(key, {}).get(executor, math.inf)
+        bound = largest(with_cost.rows(setting, "simulated", executor, group), "bound_ms")
         if bound <= limit:
             colour, ends = style.colour_of(executor), [y - 0.45, y + 0.45]
             axes.plot([bound] * 2, ends, color=colour, linewidth=2.2, zorder=5)
-        of_real = runs.rows(setting, "real", executor, group)
-        worst = max((row["response_max_ms"] for row in of_real if row["response_max_ms"]), default=math.inf)
+        worst = largest(runs.rows(setting, "real", executor, group), "response_max_ms")
         if worst <= limit:
             axes.plot([worst], [y + 0.26], **style.reference_mark(zorder=6))
 
 
-def responses(runs: TimerRuns, group: str, labels: Mapping[Any, str], bounds: Bounds) -> Figure:
-    """Response times of a group of timers: a panel per setting."""
+def responses(runs: TimerRuns, with_cost: TimerRuns, group: str, labels: Mapping[Any, str]) -> Figure:
+    """Response times of a group of timers: a panel per setting. `with_cost`: simulations of executors with bounds."""
     figure, panels = style.new_figure(0.55 + 0.42 * len(runs.executors), 1, len(labels), share_y=True)
     rows = {
-        setting: [Row(e, e, [runs.samples(setting, s, e, group) for s in SOURCES]) for e in runs.executors]
+        setting: [
+            Row(e, e, {s: of for s in SOURCES if (of := runs.samples(setting, s, e, group))})
+            for e in runs.executors
+        ]
         for setting in labels
     }
     everything = list(itertools.chain.from_iterable(rows.values()))
     sources, limit = violins.sources_of(everything), violins.axis_limit(everything)
     for axes, (setting, label) in zip(panels, labels.items()):
         violins.draw_rows(axes, rows[setting], limit, sources)
-        draw_panel(axes, runs, (setting, group), bounds)
+        draw_panel(axes, runs, with_cost, setting, group)
         axes.set_title(label, pad=14)
         axes.set_xlabel(f"{GROUPS[group]}: response time (ms)")
     marks: list[Any] = [style.line("deadline", color=FAINT, linewidth=1.1, linestyle=style.DASHED)]
-    if any(bounds.values()):
+    if with_cost.counts:
         marks.append(style.line("analytical bound", color=style.SERIES[0], linewidth=2.2))
     if any(row["source"] == "real" for row in runs.counts):
         marks.append(style.dot("worst of the real ROS 2 stack", **style.reference_mark()))
     violins.add_key(figure, sources, marks)
     return figure
-
-
-def bounds_of(runs: TimerRuns) -> Bounds:
-    """The largest bound (ms) of each group's tasks under executors with priorities."""
-    found: dict[tuple[Any, str], dict[str, float]] = {}
-    for row in (row for row in runs.counts if row.get("bound_ms") is not None):
-        known = executor_named(row["executor"])
-        if known is not None and known.family == "priority_events":
-            of = found.setdefault((row["utilisation_percent"], row["group"]), {})
-            of[row["executor"]] = max(of.get(row["executor"], 0), row["bound_ms"])
-    return found

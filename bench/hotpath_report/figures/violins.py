@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rows of violins: upper half simulated, lower half live; with one source the whole violin."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,28 +28,22 @@ class Drawing(NamedTuple):
 
 @dataclass(frozen=True)
 class Row:
-    """Samples (ms) of one executor; `notes` stand beside the worst value of each source."""
+    """Samples (ms) of one executor by source, simulated first; `notes` stand beside the worst values."""
 
     label: str
     executor: str
-    samples: Sequence[Samples | None]  # simulated, live
-    notes: Sequence[str] = ("", "")
-
-    @property
-    def halves(self) -> list[tuple[str, Samples]]:
-        """Sources with samples, simulated first."""
-        return [(source, s) for source, s in zip(SOURCES, self.samples) if s]
+    samples: Mapping[str, Samples]
+    notes: Mapping[str, str] = field(default_factory=dict)
 
 
-def sources_of(rows: Iterable[Row]) -> list[str]:
+def sources_of(rows: Sequence[Row]) -> list[str]:
     """Sources with samples in any row, simulated first."""
-    found = {source for row in rows for source, _ in row.halves}
-    return [source for source in SOURCES if source in found]
+    return [source for source in SOURCES if any(source in row.samples for row in rows)]
 
 
 def axis_limit(rows: Iterable[Row], marks: Iterable[float] = ()) -> float:
     """Axis limit (ms): fits all worst values except outliers, which get an arrow."""
-    samples, known = [s for row in rows for _, s in row.halves], list(marks)
+    samples, known = [s for row in rows for s in row.samples.values()], list(marks)
     everything = max([s.worst for s in samples] + known, default=0)
     bulk = max([s.quantile(0.99) for s in samples] + known, default=0)
     return 1.12 * min(everything, 1.6 * bulk) or 1
@@ -90,16 +84,16 @@ def draw_rows(axes: Axes, rows: Sequence[Row], limit: float, sources: Sequence[s
     and an arrow marks a value beyond it."""
     style.rows_of_labels(axes, [row.label for row in rows], xlim=(0, limit))
     for y, row in enumerate(rows):
-        if not row.halves:
+        if not row.samples:
             axes.text(0.01 * limit, y, "no data", va="center", color=FAINT)
-        for source, samples in row.halves:
+        for source, samples in row.samples.items():
             upper = source == "simulated"
             sides = (-1, 1) if len(sources) == 1 else (-1,) if upper else (1,)
             paler = upper and len(sources) > 1
             look: dict[str, Any] = {"color": style.colour_of(row.executor), "alpha": 0.42 if paler else 0.85}
             draw_violin(axes, y, samples, look, sides)
             digits = 1 if samples.worst >= 10 or not unit else 2
-            text = f"{samples.worst:.{digits}f}{unit}" + row.notes[SOURCES.index(source)]
+            text = f"{samples.worst:.{digits}f}{unit}" + row.notes.get(source, "")
             beyond = samples.worst > limit
             place = (min(samples.worst, limit), y + (0 if len(sources) == 1 else sides[0] * 0.2))
             look = {"ha": "right" if beyond else "left", "color": FAINT if paler else INK, "zorder": 7}
