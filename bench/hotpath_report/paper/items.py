@@ -161,7 +161,7 @@ def overhead(evidence: Evidence) -> Parts:
 
 def phases(evidence: Evidence) -> Parts:
     rows, draws = [], {}
-    for source, executor in product(SOURCES, EXECUTORS["all_on_autoware"]):
+    for source, executor in product(SOURCES, EXECUTORS["with_phases"]):
         if found := evidence.draws(source, executor):
             medians, worst = (sorted(values) for values in zip(*found))
             row = [executor, source, len(found), f"{medians[0]:.1f} to {medians[-1]:.1f}"]
@@ -170,7 +170,6 @@ def phases(evidence: Evidence) -> Parts:
     header = ["executor", "source", "draws", "medians ms"]
     header += ["best draw's worst ms", "median draw's", "worst draw's"]
     yield Table("Draws of random phases", header, rows)
-    draws = {(s, e): draws[s, e] for s, e in product(SOURCES, EXECUTORS["with_phases"]) if (s, e) in draws}
     need(draws)
     creation = {
         e: s.worst for e in EXECUTORS["with_phases"] if (s := evidence.latencies("autoware", "simulated", e))
