@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "advise/advice.hpp"
 #include "commands/command.hpp"
-#include "watch/stated_contract.hpp"
+#include "watch/contract.hpp"
 
 namespace hotpath::commands {
 

@@ -2,7 +2,7 @@
 #include "guarantees/analyze.hpp"
 #include "bounds/exact_worst_cases.hpp"
 #include "commands/command.hpp"
-#include "watch/stated_contract.hpp"
+#include "watch/contract.hpp"
 
 namespace hotpath::commands {
 

@@ -9,7 +9,7 @@
 #include "graph_fixture.hpp"
 #include "program/text.hpp"
 #include "setup/executor_spec.hpp"
-#include "watch/stated_contract.hpp"
+#include "watch/contract.hpp"
 #include "watching.hpp"
 
 namespace hotpath::watch::contract_test {
@@ -114,9 +114,9 @@ TEST(ManyIncidents, AreCountedAndTheFirstIsKept) {
   Incidents incidents;
   for (int i = 0; i < 1000; ++i) incidents.add({Role::assumption, at_ms(5000.0 * i), std::to_string(i)});
   EXPECT_EQ(incidents.count(), 1000U);
-  EXPECT_EQ(incidents.kept().size(), Incidents::kMost);
-  EXPECT_EQ(incidents.kept().front().number(), 1U);
-  EXPECT_EQ(incidents.kept().back().number(), 1000U);
+  EXPECT_EQ(incidents.kept.size(), Incidents::kMost);
+  EXPECT_EQ(incidents.kept.front().number(), 1U);
+  EXPECT_EQ(incidents.kept.back().number(), 1000U);
 }
 
 TEST(AStateThatStaysBroken, BeginsOneIncident) {
@@ -132,12 +132,12 @@ TEST(AStateThatStaysBroken, BeginsOneIncident) {
 TEST(AnIncident, ShowsInstantsByTheClockOfItsBeginning) {
   setenv("TZ", "UTC", 1);
   tzset();
-  Incidents incidents(std::chrono::hours(12));
+  Incidents incidents{std::chrono::hours(12)};
   incidents.add({Role::assumption, at_ms(59'000), "one"});
-  incidents.set_realtime(std::chrono::hours(9));  // somebody set it
+  incidents.realtime = std::chrono::hours(9);  // somebody set it
   incidents.add({Role::assumption, at_ms(65'000), "two"});
-  EXPECT_EQ(incidents.kept().front().text(), "12:00:59.000 one");
-  EXPECT_EQ(incidents.kept().back().text(), "09:01:05.000 two");
+  EXPECT_EQ(incidents.kept.front().text(), "12:00:59.000 one");
+  EXPECT_EQ(incidents.kept.back().text(), "09:01:05.000 two");
 }
 
 TEST(AnIncident, BeginsWithAStandstillOrElseWithWhatBrokeFirst) {
@@ -187,8 +187,8 @@ TEST(DistancesOfSeveralSamples, HoldTogether) {
   distance.compare_distances({from_ms(10), from_ms(20)}, at_ms(40));
   EXPECT_EQ(distance.broken(), 2U);
   EXPECT_EQ(distance.checked(), 4U);
-  EXPECT_EQ(incidents.kept().front().first().at, at_ms(20));
-  EXPECT_EQ(incidents.kept().front().first().since, at_ms(13)) << "7 ms before";
+  EXPECT_EQ(incidents.kept.front().first().at, at_ms(20));
+  EXPECT_EQ(incidents.kept.front().first().since, at_ms(13)) << "7 ms before";
 }
 
 TEST_F(Watching, KeepsIncidentsApart) {

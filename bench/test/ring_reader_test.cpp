@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "watch/ring_reader.hpp"
+#include "watch/session.hpp"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>

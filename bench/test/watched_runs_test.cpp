@@ -18,8 +18,8 @@
 #include "properties.hpp"
 #include "random_systems.hpp"
 #include "reference_nodes.hpp"
+#include "watch/contract.hpp"
 #include "watch/observer.hpp"
-#include "watch/stated_contract.hpp"
 
 namespace hotpath::test {
 

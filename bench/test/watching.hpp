@@ -133,8 +133,8 @@ class Watching : public testing::Test {
     return term(of, name, lossy)["verdict"];
   }
   /// What broke first; empty: nothing.
-  std::string incident() const { return observer.judge().incident(); }
-  const std::deque<Incident>& incidents() { return observer.judge().incidents().kept(); }
+  std::string incident() { return observer.judge().incident(); }
+  const std::deque<Incident>& incidents() { return observer.judge().incidents().kept; }
   /// The other facts of the latest incident.
   std::vector<std::string> others() {
     observer.describe(true);

@@ -8,7 +8,6 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -26,45 +25,38 @@ namespace hotpath::watch {
 class CallbackCheck {
  public:
   /// All must outlive it.
-  CallbackCheck(const Contract& contract, const tracing::System& system, StatedNames& names, Judge& judge,
-                const ThreadCheck& threads)
-      : contract_(contract),
-        system_(system),
-        names_(names),
-        judge_(judge),
-        threads_(threads),
-        states_(contract.callbacks.size()) {}
+  CallbackCheck(StatedNames& names, Judge& judge, const ThreadCheck& threads)
+      : names_(names), judge_(judge), threads_(threads), states_(contract_.callbacks.size()) {}
 
   // In the order of time. `entry`: the job's callback in the contract; kNone: none.
   void started(const tracing::Job& job, std::uint32_t entry, std::optional<Time> timestamp) {
     running_.start(job, timestamp);
     if (entry == kNone) return;
-    Process& process = processes_.try_emplace(system_.threads[job.thread].process).first->second;
+    Process& process = processes_[system_.threads[job.thread].process];
     process.nodes.insert(contract_.callbacks[entry].node);
     process.hears = process.hears || comes_from_another(job);
     process.finish = std::max(process.finish, job.start);
     Subject& subject = judge_.callback(entry);
+    State& state = states_[entry];
     if (!std::exchange(subject.seen, true)) grown_ = job.start;
-    states_[entry].waited_for.reset();
-    states_[entry].stands = false;
+    state.waited_for.reset();
+    state.stands = false;
     const tracing::Callback& callback = system_.callbacks[job.ref.callback];
-    if (callback.kind == CallbackKind::service)
-      return arrived(entry, job.start);  // no event tells of requests
-    if (callback.depth > 0) subject.compare(Clause::depth, callback.depth, job.start);  // 0: all, or unknown
-    if (callback.kind == CallbackKind::timer) {
-      subject.compare(Clause::period, callback.period.count(), job.start);
-      states_[entry].callback = job.ref.callback;
+    const bool timer = callback.kind == CallbackKind::timer, service = callback.kind == CallbackKind::service;
+    if (timer) {
+      state.callback = job.ref.callback;
       names_.timer_ran(entry, job.start);
-      arrived(entry, job.start);
-    } else if (job.has_sample) {
-      arrived(entry, job.ref.callback, job.sample);
+      subject.compare(Clause::period, callback.period.count(), job.start);
     }
+    if (!service && callback.depth > 0) subject.compare(Clause::depth, callback.depth, job.start);
+    if (timer || service) arrived(entry, job.start);  // no event tells of requests
+    if (!timer && !service && job.has_sample) arrived(entry, job.ref.callback, job.sample);
   }
   /// Returns what is known of the job.
   RunningJob ended(const tracing::Job& job, std::uint32_t entry) {
     const RunningJob ran = running_.end(job);
-    const auto process = processes_.find(system_.threads[job.thread].process);
-    if (job.ended && process != processes_.end())
+    if (const auto process = processes_.find(system_.threads[job.thread].process);
+        job.ended && process != processes_.end())
       process->second.finish = std::max(process->second.finish, job.finish);
     if (entry != kNone && job.ended && !is_doubtful(job.start)) judge_run(entry, job, ran);
     return ran;
@@ -98,10 +90,10 @@ class CallbackCheck {
     judge_created_publishers(until);
     judge_running(until);
     // What else the end of a process explains comes after it.
-    const auto has_ended = [](const auto& process) { return process.second.ended.has_value(); };
-    const bool explained = std::ranges::any_of(processes_, has_ended);
-    for (std::uint32_t entry = 0; lossless_ && !explained && entry < states_.size(); ++entry)
-      judge_silence(entry, until);
+    if (!lossless_ ||
+        std::ranges::any_of(processes_, [](const auto& p) { return p.second.ended.has_value(); }))
+      return;
+    for (std::uint32_t entry = 0; entry < states_.size(); ++entry) judge_silence(entry, until);
   }
   void end() {
     ending_ = true;
@@ -219,7 +211,7 @@ class CallbackCheck {
   }
 
   void judge_running(Time until) {
-    for (RunningJob& job : running_.all()) {
+    for (RunningJob& job : running_.jobs) {
       const std::uint32_t entry = names_.entry_of(job.ref.callback);
       JudgedTerm* const budget = entry == kNone ? nullptr : judge_.callback(entry).find(Clause::budget);
       if (budget == nullptr || job.overdue || is_doubtful(job.start)) continue;
@@ -302,9 +294,8 @@ class CallbackCheck {
                      : !unread && !distance)
       return;
     const bool timer = callback.kind == CallbackKind::timer;
-    const Time since = unread  ? *state.waited_for
-                       : timer ? std::max({callback.created + callback.period, *begin_, grown_})
-                               : std::max(*begin_, grown_);
+    const Time first = std::max({callback.created + callback.period, *begin_, grown_});
+    const Time since = unread ? *state.waited_for : first;
     Duration limit = kStart;
     const Process* const process = process_of(entry);
     // Before discovery has ended, nothing reaches a callback that is there.
@@ -317,11 +308,12 @@ class CallbackCheck {
         unread && !distance ? callback.published_for_it : until;  // it came late to old samples
     if (latest - since <= limit) return;
     state.stands = true;
-    std::pair<Role, std::string> told(
-        Role::never_runs,
-        subject.name + " has not run for " + shown_ms(until - since) + ", although samples were published");
-    if (!subject.seen) told = absence(entry, c);
-    Fact fact{told.first, since, told.second, distance, since, until};
+    const auto [role, sentence] =
+        subject.seen
+            ? std::pair(Role::never_runs, subject.name + " has not run for " + shown_ms(until - since) +
+                                              ", although samples were published")
+            : absence(entry, c);
+    Fact fact{role, since, sentence, distance, since, until};
     if (!distance) return judge_.incidents().add(std::move(fact));
     fact.at += Duration(distance->term().limit);
     distance->observe((until - since).count());
@@ -338,7 +330,7 @@ class CallbackCheck {
     return std::ranges::any_of(callback.threads, [&](const auto& jobs) {
       const std::uint32_t thread = jobs.first;
       return !threads_.stands(key_of(system_.threads[thread])) &&
-             std::ranges::none_of(running_.all(), [&](const RunningJob& job) {
+             std::ranges::none_of(running_.jobs, [&](const RunningJob& job) {
                return job.thread == thread && job.start <= since;
              });
     });
@@ -361,17 +353,17 @@ class CallbackCheck {
   [[nodiscard]] std::pair<Role, std::string> absence(std::uint32_t entry, std::uint32_t c) {
     const CallbackContract& stated = contract_.callbacks[entry];
     const std::string sentence = stated.name() + " has never run";
-    bool there = false;
-    for (std::uint32_t node = 0; node < system_.nodes.size(); ++node) there = there || is_node(node, entry);
-    if (!there) return {Role::gone, "node " + stated.node + " is not there, or not watched: " + sentence};
+    std::uint32_t node = 0;
+    while (node < system_.nodes.size() && !is_node(node, entry)) ++node;
+    if (node == system_.nodes.size())
+      return {Role::gone, "node " + stated.node + " is not there, or not watched: " + sentence};
     const bool subscription = !stated.topic.empty() && !stated.service;
     if (c != kNone && !subscription) return {Role::never_runs, sentence};
-    if (c != kNone) {
-      const std::uint64_t samples = system_.callbacks[c].samples;
-      if (samples == 0) return {Role::never_runs, sentence + ": nothing was published for it"};
-      return {Role::never_runs, program::concat(sentence, ", although ", samples,
+    if (c != kNone && system_.callbacks[c].samples == 0)
+      return {Role::never_runs, sentence + ": nothing was published for it"};
+    if (c != kNone)
+      return {Role::never_runs, program::concat(sentence, ", although ", system_.callbacks[c].samples,
                                                 " samples were published, as if QoS settings did not match")};
-    }
     std::string instead;
     for (std::uint32_t o = 0; subscription && o < system_.callbacks.size(); ++o) {
       const tracing::Callback& other = system_.callbacks[o];
@@ -383,9 +375,9 @@ class CallbackCheck {
     return {Role::never_runs, sentence + ": its node has no such callback" + instead};
   }
 
-  const Contract& contract_;
-  const tracing::System& system_;
   StatedNames& names_;
+  const Contract& contract_ = names_.contract;
+  const tracing::System& system_ = names_.system;
   Judge& judge_;
   const ThreadCheck& threads_;
   RunningJobs running_;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "guarantees/analyze.hpp"
 #include "hotpath/core/enum_text.hpp"
 #include "hotpath/core/thread_policy.hpp"
 
@@ -162,5 +163,14 @@ struct Contract {
 [[nodiscard]] Contract parse_contract(const std::string& file, const std::string& text);
 /// As YAML: the inverse.
 [[nodiscard]] std::string contract_text(const Contract& contract);
+
+/// The contract of a graph under an executor or deployment: budgets, periods, depths, publications and
+/// threads, and the bounds and distances that follow from them for any phases.
+[[nodiscard]] Contract stated_contract(const Graph& graph, const GraphTasks& tasks,
+                                       const setup::ExecutorSpec& executor);
+/// The same for the only executor or deployment of `options`. Throws UsageError and InputError.
+[[nodiscard]] Contract stated_contract(const guarantees::AnalyzeOptions& options);
+/// That of the run `--trace`, with its executor: limits are the worst recorded values, and this margin.
+[[nodiscard]] Contract recorded_contract(const guarantees::AnalyzeOptions& options, double margin_percent);
 
 }  // namespace hotpath::watch

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "hotpath/core/timer.hpp"
@@ -26,46 +27,40 @@ struct RunningJob {
 
 /// The jobs that have started and not ended, of all threads. A job that starts on the processor of
 /// another thread's job displaces it.
-class RunningJobs {
- public:
+struct RunningJobs {
   void start(const tracing::Job& job, std::optional<Time> timestamp) {
-    jobs_.push_back({job.ref, job.thread, job.processor, job.start, timestamp});
+    jobs.push_back({job.ref, job.thread, job.processor, job.start, timestamp});
   }
 
   /// Ends a job; of one that is unknown, nothing is known. By what it was displaced is unknown, too, if it
   /// changed its processor.
   RunningJob end(const tracing::Job& job) {
-    const auto at = std::ranges::find(jobs_, job.ref, &RunningJob::ref);
-    if (at == jobs_.end()) return {};
+    const auto at = std::ranges::find(jobs, job.ref, &RunningJob::ref);
+    if (at == jobs.end()) return {};
     RunningJob ended = *at;
-    jobs_.erase(at);
+    jobs.erase(at);
     if (!job.ended || job.processor != ended.processor) {
       ended.displaced = {};
       return ended;
     }
-    for (RunningJob& other : jobs_)
+    for (RunningJob& other : jobs)
       if (displaces(ended, other)) other.displaced += job.finish - ended.start - ended.displaced;
     return ended;
   }
 
   /// Since when a running job would have run without other jobs; std::nullopt: one displaces it now.
   [[nodiscard]] std::optional<Time> undisplaced_start(const RunningJob& job) const {
-    if (std::ranges::any_of(jobs_, [&](const RunningJob& other) { return displaces(other, job); }))
+    if (std::ranges::any_of(jobs, [&](const RunningJob& other) { return displaces(other, job); }))
       return std::nullopt;
     return job.start + job.displaced;
   }
 
-  /// In the order of their starts.
-  [[nodiscard]] std::vector<RunningJob>& all() { return jobs_; }
-  [[nodiscard]] const std::vector<RunningJob>& all() const { return jobs_; }
-
- private:
   static bool displaces(const RunningJob& job, const RunningJob& other) {
     return job.processor >= 0 && job.processor == other.processor && job.thread != other.thread &&
            job.start >= other.start;
   }
 
-  std::vector<RunningJob> jobs_;
+  std::vector<RunningJob> jobs = {};  ///< In the order of their starts.
 };
 
 /// The timestamps of jobs as they start. Those of timers are derived from creation and period by rcl's
@@ -112,11 +107,6 @@ class Timestamps {
     Time finish{};                                      ///< Of the latest job.
     void next(Time begin) { *this = {waits, open, last, last_job, begin, {}, finish}; }
   };
-  /// The nominal instants of a timer, which was created then.
-  struct Nominal {
-    Time created{};
-    std::optional<Timer> timer = {};
-  };
   static Timer timer_from(Time first, Duration period) {
     Task task;
     task.period = period;
@@ -125,7 +115,6 @@ class Timestamps {
   std::optional<Time> of_timer(const tracing::Job& job, const tracing::Callback& callback,
                                const ThreadKey& thread) {
     const Duration period = callback.period;
-    timers_.resize(std::max<std::size_t>(timers_.size(), job.ref.callback + 1));
     auto& [created, timer] = timers_[job.ref.callback];
     if (!timer || created != callback.created) {
       created = callback.created;
@@ -159,7 +148,8 @@ class Timestamps {
   }
 
   const std::optional<Time> attached_;
-  std::vector<Nominal> timers_;  // by callback
+  /// By callback, a timer: its creation, and its nominal instants.
+  std::map<std::uint32_t, std::pair<Time, std::optional<Timer>>> timers_;
   std::map<ThreadKey, Rounds> rounds_;
 };
 

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -62,35 +64,10 @@ class ObservationReport {
     for (const char* lost : {"dropped", "damaged", "late", "ignored_entities"})
       if (const std::string meaning = lost; json_[lost] > 0)
         title += program::concat(", ", json_[lost], " ", meaning.substr(0, meaning.find('_')));
-    std::vector<program::Table> tables = {table_of("callbacks", title,
-                                                   {{"/name", "callback"},
-                                                    {"/rate", "jobs/s", 1},
-                                                    {"/jobs", "jobs"},
-                                                    {"/lost", "lost"},
-                                                    {"/execution_ms/p99", "execution\np99 ms"},
-                                                    {"/execution_ms/max", "execution\nmax ms"},
-                                                    {"/response_ms/p99", "response\np99 ms"},
-                                                    {"/response_ms/max", "response\nmax ms"}})};
-    if (!json_["chains"].empty())
-      tables.push_back(table_of("chains", "Chains",
-                                {{"/chain", "chain"},
-                                 {"/outputs", "outputs"},
-                                 {"/hot_path_ms/p99", "hot path\np99 ms"},
-                                 {"/hot_path_ms/max", "hot path\nmax ms"},
-                                 {"/age_ms/p99", "age\np99 ms"},
-                                 {"/age_ms/max", "age\nmax ms"}}));
+    std::vector<program::Table> tables = {table_of("callbacks", title, kCallbacks)};
+    if (!json_["chains"].empty()) tables.push_back(table_of("chains", "Chains", kChains));
     if (!json_["executor_threads"].empty())
-      tables.push_back(table_of("executor_threads", "Threads",
-                                {{"/process", "process"},
-                                 {"/thread", "thread"},
-                                 {"/name", "name"},
-                                 {"/executor", "executor"},
-                                 {"/policy", "policy"},
-                                 {"/policy_before", "before"},
-                                 {"/processors", "processors"},
-                                 {"/cpu_ms_per_s", "CPU\nms/s", 1},
-                                 {"/waited_ms_per_s", "waited\nms/s", 1},
-                                 {"/withheld_ms_per_s", "withheld\nms/s", 1}}));
+      tables.push_back(table_of("executor_threads", "Threads", kThreads));
     return tables;
   }
   [[nodiscard]] const nlohmann::json& json() const { return json_; }
@@ -108,11 +85,32 @@ class ObservationReport {
     std::string executor = {};
     double ran = 0, waited = 0, withheld = 0;  ///< ms in a second.
   };
-  /// What a table shows of the rows of JSON: a pointer into the row, and the header.
-  struct Column {
-    const char *path, *header;
-    int decimals = 3;
-  };
+  /// What tables show of the rows of JSON: a pointer into the row, and the header.
+  using Columns = std::initializer_list<const char*>;
+  static constexpr Columns kCallbacks = {"/name=callback",
+                                         "/rate=jobs/s",
+                                         "/jobs=jobs",
+                                         "/lost=lost",
+                                         "/execution_ms/p99=execution\np99 ms",
+                                         "/execution_ms/max=execution\nmax ms",
+                                         "/response_ms/p99=response\np99 ms",
+                                         "/response_ms/max=response\nmax ms"};
+  static constexpr Columns kChains = {"/chain=chain",
+                                      "/outputs=outputs",
+                                      "/hot_path_ms/p99=hot path\np99 ms",
+                                      "/hot_path_ms/max=hot path\nmax ms",
+                                      "/age_ms/p99=age\np99 ms",
+                                      "/age_ms/max=age\nmax ms"};
+  static constexpr Columns kThreads = {"/process=process",
+                                       "/thread=thread",
+                                       "/name=name",
+                                       "/executor=executor",
+                                       "/policy=policy",
+                                       "/policy_before=before",
+                                       "/processors=processors",
+                                       "/cpu_ms_per_s=CPU\nms/s",
+                                       "/waited_ms_per_s=waited\nms/s",
+                                       "/withheld_ms_per_s=withheld\nms/s"};
 
   static void name_executor(FollowedThread& thread, const Observer& observer) {
     if (thread.executor.empty()) thread.executor = observer.executor_of(thread.facts.key());
@@ -126,38 +124,35 @@ class ObservationReport {
     const double seconds = to_ms(now - rated_at_) / 1000;
     const bool rates = seconds > 0 && (rated_at_ == Duration::zero() || now - rated_at_ >= kShortest);
     if (rates && !whole_) rated_at_ = now;
-    jobs_before_.resize(observer.callbacks().size());
+    rates_.resize(observer.callbacks().size());
     nlohmann::json rows = nlohmann::json::array();
     for (std::uint32_t c = 0; c < observer.callbacks().size(); ++c) {
       const CallbackObservation& observed = observer.callbacks()[c];
       const std::uint64_t jobs = observed.execution.count();
       if (jobs + observed.lost == 0) continue;
-      if (rates) {
-        rates_[c] = static_cast<double>(jobs - jobs_before_[c]) / seconds;
-        if (!whole_) jobs_before_[c] = jobs;
-      }
+      auto& [before, rate] = rates_[c];
+      if (rates) rate = static_cast<double>(jobs - before) / seconds;
+      if (rates && !whole_) before = jobs;
       nlohmann::json& row = rows.emplace_back(named(observer.system(), observer.system().callbacks[c]));
-      row["rate"] = rates_[c];
-      row["jobs"] = jobs;
-      row["lost"] = observed.lost;
-      row["execution_ms"] = stored_ms(observed.execution);
-      row["response_ms"] = stored_ms(observed.response);
+      row.update({{"rate", rate},
+                  {"jobs", jobs},
+                  {"lost", observed.lost},
+                  {"execution_ms", stored_ms(observed.execution)},
+                  {"response_ms", stored_ms(observed.response)}});
     }
     return rows;
   }
   /// The fields that name a callback.
   static nlohmann::json named(const tracing::System& system, const tracing::Callback& callback) {
-    using Of = tracing::CallbackKind;
-    const bool timer = callback.kind == Of::timer, service = callback.kind == Of::service,
-               subscription = callback.kind == Of::subscription;
-    const char* const other = subscription ? "subscription" : "unknown";
+    constexpr const char* kKinds[] = {"timer", "subscription", "service"};
+    const auto kind = static_cast<std::size_t>(callback.kind);
+    const bool timer = callback.kind == tracing::CallbackKind::timer, known = kind < std::size(kKinds);
+    const bool service = callback.kind == tracing::CallbackKind::service;
     nlohmann::json fields = {{"name", callback_name(system, callback)},
                              {"node", node_name(system, callback.node)},
-                             {"kind", timer     ? "timer"
-                                      : service ? "service"
-                                                : other}};
+                             {"kind", known ? kKinds[kind] : "unknown"}};
     if (timer) fields["period_ms"] = to_ms(callback.period);
-    if ((service || subscription) && callback.topic < system.topics.size())
+    if (!timer && known && callback.topic < system.topics.size())
       fields[service ? "service" : "topic"] = system.topics[callback.topic].name;
     return fields;
   }
@@ -205,34 +200,34 @@ class ObservationReport {
     thread.before_at = read_;
   }
 
-  [[nodiscard]] program::Table table_of(const char* key, const std::string& title,
-                                        const std::vector<Column>& columns) const {
+  [[nodiscard]] program::Table table_of(const char* key, const std::string& title, Columns columns) const {
     program::Table table(title);
-    for (const Column& column : columns) table.header.emplace_back(column.header);
+    for (const std::string column : columns) table.header.push_back(column.substr(column.find('=') + 1));
     for (const nlohmann::json& row : json_[key]) {
       if (imports::is_housekeeping(row.value("topic", ""))) continue;  // every node has it
       std::vector<program::Value>& cells = table.rows.emplace_back();
-      for (const Column& column : columns) cells.emplace_back(shown(row, column));
+      for (const std::string column : columns)
+        cells.emplace_back(shown(row, column.substr(0, column.find('='))));
     }
     return table;
   }
   /// A cell of a table; "-": the row has no such field.
-  static std::string shown(const nlohmann::json& row, const Column& column) {
-    const nlohmann::json::json_pointer path(column.path);
-    if (!row.contains(path)) return "-";
-    const nlohmann::json& value = row.at(path);
+  static std::string shown(const nlohmann::json& row, const std::string& path) {
+    const nlohmann::json::json_pointer field(path);
+    if (!row.contains(field)) return "-";
+    const nlohmann::json& value = row.at(field);
     if (value.is_null()) return "";
     if (value.is_string()) return value;
     if (value.is_array()) return program::joined(value, ",");
-    return value.is_number_float() ? program::fixed(value, column.decimals) : value.dump();
+    const bool is_rate = path == "/rate" || path.ends_with("_per_s");
+    return value.is_number_float() ? program::fixed(value, is_rate ? 1 : 3) : value.dump();
   }
 
   const bool whole_;
   nlohmann::json json_;
   std::map<std::pair<ThreadKey, std::uint64_t>, FollowedThread> followed_;  // also by ThreadFacts::started
   Time read_{};
-  std::vector<std::uint64_t> jobs_before_;
-  std::map<std::uint32_t, double> rates_;  // by callback
+  std::vector<std::pair<std::uint64_t, double>> rates_;  // by callback: its jobs before, and their rate since
   Duration rated_at_{};
 };
 

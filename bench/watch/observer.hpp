@@ -9,17 +9,162 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "hotpath/tracing/assembler.hpp"
+#include "import/chain_follower.hpp"
+#include "program/latency_histogram.hpp"
 #include "watch/callback_check.hpp"
-#include "watch/chain_check.hpp"
 #include "watch/flight_recorder.hpp"
 #include "watch/job_times.hpp"
 #include "watch/thread_check.hpp"
 
 namespace hotpath::watch {
+
+/// What was observed of a chain since the beginning.
+struct ObservedChain {
+  /// Of each output, a job of a sink that ended with data of the sources: start of the latest source's job
+  /// to the start of the sink's.
+  program::LatencyHistogram hot_path;
+  program::LatencyHistogram age;  ///< Timestamp of the oldest source's job to the end of the sink's.
+};
+
+/// Follows the data of a contract's chains through the jobs of a running system.
+class ChainCheck {
+ public:
+  /// Both must outlive it.
+  ChainCheck(const StatedNames& names, Judge& judge)
+      : contract_(names.contract),
+        judge_(judge),
+        jobs_(contract_.callbacks.size()),
+        observed_(contract_.chains.size()),
+        follower_(rules(names), [this](const ChainObservation& o) { pending_.push_back(o); }) {}
+  ChainCheck(const ChainCheck&) = delete;
+  ChainCheck& operator=(const ChainCheck&) = delete;
+
+  // In the order of time.
+  /// `entry`: the job's callback in the contract; `publisher`: that of its sample, kNone: unknown.
+  void started(std::uint32_t entry, const tracing::Job& job, std::uint32_t publisher,
+               std::optional<Time> timestamp) {
+    const std::uint64_t number = jobs_[entry]++;
+    if (const auto source = source_jobs_.find(entry); source != source_jobs_.end()) {
+      source->second.push_back(timestamp);
+      if (source->second.size() > kRemembered) source->second.pop_front();
+    }
+    std::optional<imports::ChainFollower::Taken> taken;
+    if (publisher != tracing::kNone && taken_[entry] != tracing::kNone)
+      taken = {job.sample.parent, publisher, taken_[entry]};
+    follower_.start(job.ref, {entry, number}, job.start, taken);
+  }
+  /// `topic`: its number among the stated ones.
+  void published(const tracing::Job& job, std::uint32_t topic) { follower_.publish(job.ref, topic); }
+  /// `judged`: whether the outputs of the job are compared with the contract.
+  void ended(const tracing::Job& job, bool judged) {
+    const std::optional<JobRef> ref = follower_.end(job.ref, job.ended);
+    std::erase_if(pending_, [&](const ChainObservation& output) {
+      const bool of_job = ref && output.sink == *ref;
+      if (of_job && job.ended) end(output, job, judged);
+      return of_job;
+    });
+  }
+
+  /// By chain of the contract.
+  [[nodiscard]] const std::vector<ObservedChain>& chains() const { return observed_; }
+
+ private:
+  /// Jobs of a source that data may still come from.
+  static constexpr std::size_t kRemembered = 4096;
+
+  imports::ChainFollower::Rules rules(const StatedNames& names) {
+    using imports::ChainFollower;
+    ChainFollower::Rules rules{.held = held_inputs(names),
+                               .unread = std::vector<std::size_t>(names.topics().size())};
+    for (const Group& chain : contract_.chains) {
+      ChainIndex& index = rules.chains.emplace_back();
+      index.sources.assign(chain.callbacks.begin(), chain.callbacks.end());
+      index.sink_tasks.assign(chain.sinks.begin(), chain.sinks.end());
+      for (const std::uint32_t source : chain.callbacks) source_jobs_[source];
+    }
+    std::vector<std::vector<TaskId>> next(contract_.callbacks.size());
+    for (TaskId c = 0; c < next.size(); ++c) {
+      const CallbackContract& callback = contract_.callbacks[c];
+      rules.publishing.push_back(!callback.publishes.empty());
+      const std::uint32_t topic = taken_.emplace_back(names.number_of(callback.topic));
+      const Term* const depth = find(callback.terms, Clause::depth);
+      const auto samples = static_cast<std::uint32_t>(depth ? depth->limit : 0);
+      if (topic != tracing::kNone)
+        rules.unread[topic] = std::max(rules.unread[topic], ChainFollower::most_unread(samples));
+      // Its samples enter its messages, and those of callbacks of its node that publish `with` them.
+      std::set<TaskId> with = {c};
+      for (const imports::HeldInputs& inputs : rules.held)
+        if (std::ranges::count(inputs.of, c) > 0)
+          with.insert(inputs.publishers.begin(), inputs.publishers.end());
+      for (TaskId from = 0; from < next.size(); ++from)
+        if (contract_.callbacks[from].publication(callback.topic))
+          next[from].insert(next[from].end(), with.begin(), with.end());
+    }
+    rules.lanes = ChainLanes(rules.chains, next);
+    return rules;
+  }
+  /// The inputs that enter messages; callbacks of a node that publish by the same set share its samples.
+  [[nodiscard]] std::vector<imports::HeldInputs> held_inputs(const StatedNames& names) const {
+    const std::vector<CallbackContract>& callbacks = contract_.callbacks;
+    std::map<std::tuple<std::string, std::uint32_t, std::vector<std::string>>, imports::HeldInputs> held;
+    for (std::uint32_t c = 0; c < callbacks.size(); ++c)
+      for (const StatedPublication& p : callbacks[c].publishes)
+        if (!p.with.empty())
+          held[{callbacks[c].node, names.number_of(p.topic), p.with}].publishers.push_back(c);
+    std::vector<imports::HeldInputs> rules;
+    for (auto& [key, inputs] : held) {
+      const auto& [node, topic, with] = key;
+      inputs.topic = topic;
+      for (std::uint32_t c = 0; c < callbacks.size(); ++c)
+        if (callbacks[c].node == node && std::ranges::count(with, callbacks[c].topic) > 0)
+          inputs.of.push_back(c);
+      rules.push_back(std::move(inputs));
+    }
+    return rules;
+  }
+  void end(const ChainObservation& output, const tracing::Job& sink, bool judged) {
+    ObservedChain& observed = observed_[output.chain];
+    Subject& chain = judge_.all(Kind::chain)[output.chain];
+    const Duration hot_path = output.sink_start - output.latest_source_start;
+    observed.hot_path.add(hot_path);
+    chain.seen = chain.seen || judged;
+    if (judged) chain.compare(Clause::hot_path, hot_path.count(), output.sink_start);
+    const std::optional<Time> oldest = oldest_source(output);
+    if (!oldest) return;
+    const Duration age = sink.finish - *oldest;
+    observed.age.add(age);
+    for (const Clause clause : {Clause::age, Clause::requirement})
+      if (judged) chain.compare(clause, age.count(), sink.finish);
+  }
+  /// The timestamp of its job; std::nullopt: unknown.
+  [[nodiscard]] std::optional<Time> oldest_source(const ChainObservation& output) const {
+    std::optional<Time> oldest;
+    const std::vector<std::uint32_t>& sources = contract_.chains[output.chain].callbacks;
+    for (std::size_t s = 0; s < sources.size(); ++s) {
+      if (((output.sources_seen >> s) & 1U) == 0) continue;
+      const std::deque<std::optional<Time>>& latest = source_jobs_.at(sources[s]);
+      const std::uint64_t before = jobs_[sources[s]] - output.source_sequence[s];  // 1: the latest job
+      if (before < 1 || before > latest.size() || !latest[latest.size() - before]) return std::nullopt;
+      oldest = std::min(oldest.value_or(Time::max()), *latest[latest.size() - before]);
+    }
+    return oldest;
+  }
+
+  const Contract& contract_;
+  Judge& judge_;
+  std::vector<std::uint32_t> taken_;  // by entry: the stated topic that it takes; kNone: none
+  std::vector<std::uint64_t> jobs_;   // by entry: number of the next job
+  /// By entry: timestamps of the latest jobs of a source.
+  std::map<std::uint32_t, std::deque<std::optional<Time>>> source_jobs_;
+  std::vector<ChainObservation> pending_;  // of jobs that have not ended
+  std::vector<ObservedChain> observed_;
+  imports::ChainFollower follower_;
+};
 
 /// What was observed of one callback since the beginning.
 struct CallbackObservation {
@@ -49,7 +194,7 @@ class Observer : public tracing::Sink {
     if (e.kind == tracing::EventKind::rmw_publish && e.number[2] == 0) unstamped_.insert(e.process);
     if (e.kind == tracing::EventKind::rmw_take &&
         unstamped_.contains(e.process))  // the clock of publications
-      e.number[2] -= static_cast<std::uint64_t>(judge_.incidents().realtime().count());
+      e.number[2] -= static_cast<std::uint64_t>(judge_.incidents().realtime.count());
     if (e.kind == tracing::EventKind::wait_for_work) timestamps_.waits({e.process, e.thread}, e.at);
     if (recorder_ != nullptr) recorder_->keep(e);
     assembler_.event(e);
@@ -78,24 +223,25 @@ class Observer : public tracing::Sink {
   /// The real-time clock minus that of Time, from this instant on. Humble's samples are matched by it.
   void set_realtime(Duration offset, Time at) {
     constexpr Duration kStep = std::chrono::milliseconds(50);  // time servers slew it by less
-    const Duration step = offset - judge_.incidents().realtime();
+    Incidents& incidents = judge_.incidents();
+    const Duration step = offset - incidents.realtime;
+    const char* const way = step > Duration{} ? "forward" : "back";
     if (callback_check_.begun() && std::chrono::abs(step) >= kStep)
-      judge_.incidents().add({Role::clock, at,
-                              std::string("the clock was set ") + (step > Duration{} ? "forward" : "back") +
-                                  " by " + shown_ms(std::chrono::abs(step))});
-    judge_.incidents().set_realtime(offset);
+      incidents.add({Role::clock, at,
+                     program::concat("the clock was set ", way, " by ", shown_ms(std::chrono::abs(step)))});
+    incidents.realtime = offset;
   }
   /// Adds waits and jobs to new incidents, and to those of which something else broke first, as soon as the
   /// threads have been read after their beginning, or `at_end`. Returns these incidents.
   std::vector<Incident*> describe(bool at_end) {
     std::vector<Incident*> news;
-    for (Incident& incident : judge_.incidents().kept()) {
+    for (Incident& incident : judge_.incidents().kept) {
       const Fact& first = incident.first();
       const bool read = contract_.threads.empty() || thread_check_.at() >= first.at;
       if (incident.is_described() || (!read && !at_end)) continue;
       const bool tells_job = first.term != nullptr && first.term->clause() == Clause::budget;
-      std::vector<Fact> meanwhile = jobs(first.since, first.until, tells_job ? first.term->subject() : "");
       const std::vector<Fact> waits = thread_check_.waits(first.since, first.until);
+      std::vector<Fact> meanwhile = jobs(first.since, first.until, tells_job ? first.term->subject() : "");
       meanwhile.insert(meanwhile.end(), waits.begin(), waits.end());
       incident.describe(meanwhile);
       news.push_back(&incident);
@@ -113,7 +259,6 @@ class Observer : public tracing::Sink {
   [[nodiscard]] std::string executor_of(const ThreadKey& thread) const {
     return thread_check_.name_of(thread);
   }
-  [[nodiscard]] const Judge& judge() const { return judge_; }
   [[nodiscard]] Judge& judge() { return judge_; }
   [[nodiscard]] std::uint64_t events() const { return events_; }
 
@@ -222,9 +367,9 @@ class Observer : public tracing::Sink {
   tracing::Assembler assembler_{*this, kMostEntities};
   StatedNames names_{contract_, system()};
   Judge judge_;
-  ChainCheck chain_check_{contract_, names_, judge_};
-  ThreadCheck thread_check_{contract_, system(), judge_};
-  CallbackCheck callback_check_{contract_, system(), names_, judge_, thread_check_};
+  ChainCheck chain_check_{names_, judge_};
+  ThreadCheck thread_check_{names_, judge_};
+  CallbackCheck callback_check_{names_, judge_, thread_check_};
   Timestamps timestamps_;
   std::vector<CallbackObservation> callbacks_;
   std::uint64_t events_ = 0;

@@ -1,22 +1,191 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <fcntl.h>
 #include <sys/file.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <array>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
+#include <csignal>
+#include <cstdint>
+#include <cstring>
 #include <list>
+#include <memory>
 #include <random>
 #include <set>
+#include <string>
 #include <thread>
+#include <unordered_set>
+#include <utility>
+#include <vector>
 
+#include "hotpath/sensor/ring.hpp"
+#include "hotpath/tracing/event.hpp"
 #include "machine/proc_files.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 #include "watch/flight_recorder.hpp"
-#include "watch/ring_reader.hpp"
 
 namespace hotpath::watch {
+
+/// Which of the two kinds of rings it is (sensor::kMagic); another value: none, or not yet.
+[[nodiscard]] inline std::uint64_t magic_of(sensor::Ring& ring) {
+  return std::atomic_ref(ring.magic).load(std::memory_order_acquire);
+}
+
+/// Maps rings of watched programs into the memory of this process. A program may change or cut the memory
+/// at any time: bytes beyond its end read as zero, instead of a SIGBUS.
+class RingMemory {
+ public:
+  /// That are mapped at a time.
+  static constexpr std::size_t kMostRings = 2048;
+
+  /// The shared memory object of this name; nullptr: it is not (yet) a ring, belongs to another user, or too
+  /// many rings are mapped.
+  [[nodiscard]] static std::unique_ptr<sensor::Ring, RingMemory> map(const std::string& name) {
+    [[maybe_unused]] static const int handled = [] {
+      struct sigaction action {};
+      action.sa_sigaction = replace_page;
+      action.sa_flags = SA_SIGINFO;
+      return sigaction(SIGBUS, &action, nullptr);
+    }();
+    const auto slot = std::ranges::find_if(mapped, [](const auto& ring) { return ring == 0; });
+    const int file = slot == mapped.end() ? -1 : shm_open(name.c_str(), O_RDWR | O_NOFOLLOW, 0);
+    if (file < 0) return nullptr;
+    void* memory = MAP_FAILED;
+    struct stat status {};
+    if (fstat(file, &status) == 0 && S_ISREG(status.st_mode) && status.st_uid == geteuid() &&
+        status.st_size == sizeof(sensor::Ring))
+      memory = mmap(nullptr, sizeof(sensor::Ring), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+    close(file);
+    if (memory == MAP_FAILED) return nullptr;
+    *slot = reinterpret_cast<std::uintptr_t>(memory);
+    std::unique_ptr<sensor::Ring, RingMemory> ring(static_cast<sensor::Ring*>(memory));
+    const std::uint64_t magic = magic_of(*ring);
+    if (magic != sensor::kMagic && magic != sensor::kDescriptionsMagic) ring.reset();
+    return ring;
+  }
+  /// Unmaps a ring.
+  void operator()(sensor::Ring* ring) const {
+    const auto at = reinterpret_cast<std::uintptr_t>(ring);
+    *std::ranges::find_if(mapped, [&](const auto& other) { return other == at; }) = 0;
+    munmap(ring, sizeof *ring);
+  }
+
+ private:
+  static inline std::array<std::atomic<std::uintptr_t>, kMostRings> mapped;  // read by the signal handler
+
+  /// Memory whose file was cut: puts a page of zeros in its place and continues.
+  static void replace_page(int, siginfo_t* info, void*) {
+    const auto at = reinterpret_cast<std::uintptr_t>(info->si_addr);
+    const auto size = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
+    char* const page = static_cast<char*>(info->si_addr) - at % size;
+    for (const std::atomic<std::uintptr_t>& ring : mapped) {
+      const std::uintptr_t begin = ring.load(std::memory_order_relaxed);
+      if (begin == 0 || at < begin || at >= begin + sizeof(sensor::Ring)) continue;
+      void* const replaced =
+          mmap(page, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0);
+      if (replaced != MAP_FAILED) return;
+    }
+    std::signal(SIGBUS, SIG_DFL);  // another cause: the access is repeated and ends the program
+  }
+};
+using MappedRing = std::unique_ptr<sensor::Ring, RingMemory>;
+
+/// Keeps the texts of events, each once, for its own lifetime.
+class Texts {
+ public:
+  /// Empty once kMost different texts were kept.
+  const char* keep(std::string text) {
+    if (const auto kept = texts_.find(text); kept != texts_.end()) return kept->c_str();
+    return texts_.size() < kMost ? texts_.insert(std::move(text)).first->c_str() : "";
+  }
+
+ private:
+  static constexpr std::size_t kMost = 100'000;  // nodes and topics of a system: some thousands
+  std::unordered_set<std::string> texts_;
+};
+
+/// Reads the records of one ring. Any bytes in it are safe: what is no record is counted as
+/// damaged. Descriptions stay in the ring for other readers. The ring must outlive the reader.
+class RingReader {
+ public:
+  /// What an earlier reader of the same ring has read is not read again, except descriptions.
+  explicit RingReader(sensor::Ring& ring)
+      : describes(magic_of(ring) == sensor::kDescriptionsMagic),
+        process(ring.process),
+        thread(ring.thread),
+        ring_(ring),
+        tail_(describes ? 0 : ring.tail.load(std::memory_order_acquire)) {}
+
+  /// Appends the events since the last call, in the order in which they were written. `now`: an
+  /// event from more than a second later is damaged.
+  void read(tracing::Time now, Texts& texts, std::vector<tracing::Event>& events) {
+    const std::uint64_t head = ring_.head.load(std::memory_order_acquire);
+    if (head - tail_ > sensor::kCapacity) {
+      ++damaged_;
+      tail_ = head;
+    }
+    while (tail_ != head) {
+      tracing::Event event;
+      const std::uint64_t records = read_group(head - tail_, now, texts, event);
+      if (records > 0) events.push_back(event);
+      damaged_ += records > 0 ? 0 : 1;
+      tail_ += std::max<std::uint64_t>(records, 1);
+    }
+    if (!describes) ring_.tail.store(tail_, std::memory_order_release);
+  }
+
+  /// The thread has ended; no event follows those that are in the ring now.
+  [[nodiscard]] bool ended() const { return ring_.ended.load(std::memory_order_acquire) != 0; }
+  /// Events for which the ring had no room.
+  [[nodiscard]] std::uint64_t dropped() const { return ring_.dropped.load(std::memory_order_relaxed); }
+  [[nodiscard]] std::uint64_t damaged() const { return damaged_; }
+
+  const bool describes;
+  const std::uint32_t process, thread;
+
+ private:
+  static constexpr std::int16_t kMostProcessors = 8192;  // CONFIG_NR_CPUS of Linux is at most this
+
+  /// The record at a position, copied because the program may change it at any time.
+  [[nodiscard]] sensor::Record copy_of(std::uint64_t position) const {
+    sensor::Record record;
+    std::memcpy(&record, &ring_.records[position % sensor::kCapacity], sizeof record);
+    return record;
+  }
+  /// One event with its texts; returns the number of its records, or 0 if they are damaged.
+  std::uint64_t read_group(std::uint64_t available, tracing::Time now, Texts& texts,
+                           tracing::Event& event) const {
+    const sensor::Record record = copy_of(tail_);
+    const tracing::Time at{tracing::Duration(record.at_ns)};
+    if (static_cast<std::size_t>(record.kind) >= sensor::kEvents.size() || record.texts >= available ||
+        record.at_ns < 0 || at > now + std::chrono::seconds(1))
+      return 0;
+    const bool known = record.processor >= 0 && record.processor < kMostProcessors;
+    event = {record.kind, process, thread, known ? record.processor : -1, at};
+    std::copy_n(record.number, event.number.size(), event.number.begin());
+    std::array<std::string, 2> parts;
+    for (std::uint64_t i = 1; i <= record.texts; ++i) {
+      const sensor::Record text = copy_of(tail_ + i);
+      if (text.kind != sensor::kText || text.length > sensor::kTextBytes || text.which >= parts.size())
+        return 0;
+      parts[text.which].append(text.text, strnlen(text.text, text.length));
+    }
+    for (std::size_t i = 0; i < parts.size(); ++i)
+      if (!parts[i].empty()) event.text[i] = texts.keep(std::move(parts[i]));
+    return 1U + record.texts;
+  }
+
+  sensor::Ring& ring_;
+  std::uint64_t tail_ = 0, damaged_ = 0;
+};
 
 /// What the programs of a session lost or spoiled so far.
 struct Losses {
@@ -26,18 +195,13 @@ struct Losses {
   [[nodiscard]] std::uint64_t total() const { return dropped + damaged + late; }
 };
 
-/// The programs that a session reads.
-enum class Meeting : std::uint8_t {
-  own,         ///< Those that run with the session's random name.
-  attachable,  ///< Those of this user that were started on their own, before or after the session.
-};
-
 /// Reads the events of programs that run with the sensor.
 class Session {
  public:
-  /// Removes what killed watchers and programs left behind, and creates the session's marker. Throws
-  /// RunError, also if another watcher is attached.
-  explicit Session(Meeting meeting = Meeting::own) : meeting_(meeting) {
+  /// Removes what killed watchers and programs left behind, and creates the session's marker. `attached`: it
+  /// reads the programs of this user that were started on their own, before or after it, instead of those
+  /// that run with its random name. Throws RunError, also if another watcher is attached.
+  explicit Session(bool attached = false) : attached_(attached) {
     remove_abandoned();
     create_marker();
   }
@@ -47,7 +211,7 @@ class Session {
   ~Session() {
     shm_unlink(marker_name_.c_str());
     close(marker_);
-    if (meeting_ == Meeting::own) remove_rings(name_);
+    if (!attached_) remove_rings(name_);
   }
 
   /// The value of sensor::kSessionVariable for the programs.
@@ -56,15 +220,9 @@ class Session {
   /// Reads what the programs have written, and passes on, in the order of time, events that happened
   /// kSettled or more before `now`: a thread may be displaced between reading the clock and writing
   /// the record. The result is valid until the next call; its texts live as long as the session.
-  const std::vector<tracing::Event>& poll(tracing::Time now) {
-    read(now);
-    return pass_on(now - kSettled);
-  }
+  const std::vector<tracing::Event>& poll(tracing::Time now) { return pass_on(now, now - kSettled); }
   /// At the end: passes on all events that are left.
-  const std::vector<tracing::Event>& finish(tracing::Time now) {
-    read(now);
-    return pass_on(tracing::Time::max());
-  }
+  const std::vector<tracing::Event>& finish(tracing::Time now) { return pass_on(now, tracing::Time::max()); }
 
   [[nodiscard]] Losses losses() const {
     Losses losses = losses_;
@@ -78,7 +236,7 @@ class Session {
   /// Whether a thread of the process that called tracepoints did not end by itself.
   [[nodiscard]] bool broke_off(std::uint32_t process) const {
     return broken_off_.contains(process) || std::ranges::any_of(sources_, [&](const Source& source) {
-             return source.reader.process() == process && source.goes_on();
+             return source.reader.process == process && source.goes_on();
            });
   }
 
@@ -96,7 +254,7 @@ class Session {
       losses.damaged += reader.damaged();
     }
     /// Its thread, of which it has jobs, has not ended by itself.
-    [[nodiscard]] bool goes_on() const { return !reader.ended() && !reader.describes(); }
+    [[nodiscard]] bool goes_on() const { return !reader.ended() && !reader.describes; }
   };
 
   /// sensor::kSessionDigits hexadecimal digits.
@@ -116,10 +274,10 @@ class Session {
   /// The names of the rings of a session.
   static std::vector<std::string> rings_of(const std::string& session) {
     const std::string prefix = marker_of(session) + ".";
-    std::vector<std::string> names;
-    for (const std::string& name : names_after(prefix))
-      if (session == sensor::kAttachable || name.size() == sensor::kRandomDigits)
-        names.push_back(prefix + name);
+    std::vector<std::string> names = names_after(prefix);
+    if (session != sensor::kAttachable)
+      std::erase_if(names, [](const std::string& name) { return name.size() != sensor::kRandomDigits; });
+    for (std::string& name : names) name.insert(0, prefix);
     return names;
   }
   static void remove_rings(const std::string& session) {
@@ -150,18 +308,17 @@ class Session {
   }
 
   void create_marker() {
-    const bool own = meeting_ == Meeting::own;
     struct stat status {};
     do {  // a watcher that starts at the same time may take it for abandoned; one that ends removes its own
       if (marker_ >= 0) close(marker_);
-      name_ = own ? random_name() : sensor::kAttachable;
-      marker_name_ = own ? marker_of(name_) : program::concat(sensor::kAttachedPrefix, geteuid());
-      marker_ = shm_open(marker_name_.c_str(), O_RDWR | O_CREAT | (own ? O_EXCL : O_NOFOLLOW), 0600);
-      if (marker_ < 0 || (own && flock(marker_, LOCK_EX) != 0) || fstat(marker_, &status) != 0)
-        throw program::RunError((own ? "no shared memory for the sensor in /dev/shm: "
-                                     : "cannot attach: /dev/shm" + marker_name_ + ": ") +
+      name_ = attached_ ? sensor::kAttachable : random_name();
+      marker_name_ = attached_ ? program::concat(sensor::kAttachedPrefix, geteuid()) : marker_of(name_);
+      marker_ = shm_open(marker_name_.c_str(), O_RDWR | O_CREAT | (attached_ ? O_NOFOLLOW : O_EXCL), 0600);
+      if (marker_ < 0 || (!attached_ && flock(marker_, LOCK_EX) != 0) || fstat(marker_, &status) != 0)
+        throw program::RunError((attached_ ? "cannot attach: /dev/shm" + marker_name_ + ": "
+                                           : "no shared memory for the sensor in /dev/shm: ") +
                                 std::strerror(errno));
-      if (!own && !lock(marker_)) {
+      if (attached_ && !lock(marker_)) {
         close(marker_);
         throw program::RunError(
             "another `hotpath watch` is attached; end it first, or watch a program that you "
@@ -178,53 +335,54 @@ class Session {
       MappedRing memory = RingMemory::map(name);
       if (!memory) continue;  // not complete yet, or of another user
       Source& source = sources_.emplace_back(Source{name, std::move(memory)});
-      if (meeting_ == Meeting::own) {
+      if (!attached_) {
         shm_unlink(name.c_str());
       } else {
         known_.insert(name);
         // A ring of descriptions lacks for ever what it had no room for.
-        if (!source.reader.describes()) source.dropped_before = source.reader.dropped();
+        if (!source.reader.describes) source.dropped_before = source.reader.dropped();
       }
-      found_.insert(source.reader.process());
-      threads_ += source.reader.describes() ? 0 : 1;
+      found_.insert(source.reader.process);
+      threads_ += source.reader.describes ? 0 : 1;
     }
   }
   void read(tracing::Time now) {
-    const bool attached = meeting_ == Meeting::attachable, first = passed_until_ == tracing::Time{};
+    const bool first = passed_until_ == tracing::Time{};
     find_rings();
     std::erase_if(sources_, [&](Source& source) {
       RingReader& reader = source.reader;
-      const bool alive = kill(static_cast<pid_t>(reader.process()), 0) == 0 || errno != ESRCH;
+      const bool alive = kill(static_cast<pid_t>(reader.process), 0) == 0 || errno != ESRCH;
       const bool last = reader.ended() || !alive;  // before the events are read
       reader.read(now, texts_, pending_);
-      if (attached && first && !reader.describes())
+      if (attached_ && first && !reader.describes)
         source.dropped_before = reader.dropped();  // a ring that was full had no room until now
       if (!last) return false;
-      if (source.goes_on()) broken_off_.insert(reader.process());
+      if (source.goes_on()) broken_off_.insert(reader.process);
       source.count(losses_);
       // Later watchers need the descriptions as long as the process lives.
-      if (attached && (!alive || !reader.describes())) shm_unlink(source.name.c_str());
+      if (attached_ && (!alive || !reader.describes)) shm_unlink(source.name.c_str());
       return true;
     });
     // Jobs before the session began are of programs that were not watched then.
     std::erase_if(pending_, [&](const tracing::Event& event) {
-      return attached && event.at < begin_ && !describes(event.kind);
+      return attached_ && event.at < begin_ && !describes(event.kind);
     });
     std::ranges::stable_sort(pending_, {}, &tracing::Event::at);
   }
-  const std::vector<tracing::Event>& pass_on(tracing::Time until) {
+  const std::vector<tracing::Event>& pass_on(tracing::Time now, tracing::Time until) {
+    read(now);
     const auto end = std::ranges::lower_bound(pending_, until, {}, &tracing::Event::at);
     passed_.assign(pending_.begin(), end);
     pending_.erase(pending_.begin(), end);
     for (const tracing::Event& event : passed_) {
-      const bool described = meeting_ == Meeting::attachable && describes(event.kind);
-      losses_.late += event.at < passed_until_ && !described ? 1 : 0;
+      const bool late = event.at < passed_until_ && !(attached_ && describes(event.kind));
+      losses_.late += late ? 1 : 0;
     }
     passed_until_ = std::max(passed_until_, until);
     return passed_;
   }
 
-  const Meeting meeting_;
+  const bool attached_;
   const tracing::Time begin_ = std::chrono::steady_clock::now();
   std::string name_, marker_name_;
   int marker_ = -1;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "watch/stated_contract.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -18,6 +16,7 @@
 #include "setup/deployed_system.hpp"
 #include "setup/executor_spec.hpp"
 #include "setup/stored_system.hpp"
+#include "watch/contract.hpp"
 #include "watch/job_times.hpp"
 
 namespace hotpath::watch {

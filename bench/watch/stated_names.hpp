@@ -40,8 +40,8 @@ namespace hotpath::watch {
 class StatedNames {
  public:
   /// Both must outlive it.
-  StatedNames(const Contract& contract, const tracing::System& system)
-      : contract_(contract), system_(system), latest_(contract.callbacks.size()) {
+  StatedNames(const Contract& of, const tracing::System& running)
+      : contract(of), system(running), latest_(of.callbacks.size()) {
     for (const CallbackContract& callback : contract.callbacks) {
       nodes_.insert(callback.node);
       for (const StatedPublication& p : callback.publishes)
@@ -64,7 +64,7 @@ class StatedNames {
 
   /// The graph's name, without the namespace; with a leading slash if the node is in another one.
   [[nodiscard]] std::string stated_node(std::uint32_t node) const {
-    const std::string& name = system_.nodes[node];
+    const std::string& name = system.nodes[node];
     return is_inside(name) ? graph_node_name(name.substr(space_->size())) : name;
   }
   /// Topics that callbacks of the contract publish.
@@ -76,18 +76,21 @@ class StatedNames {
   }
   /// The same for a topic of the running system.
   [[nodiscard]] std::uint32_t number_of(std::uint32_t topic) {
-    if (topic >= system_.topics.size() || !resolve()) return kNone;
-    for (auto t = static_cast<std::uint32_t>(of_system_.size()); t < system_.topics.size(); ++t)
+    if (topic >= system.topics.size() || !resolve()) return kNone;
+    for (auto t = static_cast<std::uint32_t>(of_system_.size()); t < system.topics.size(); ++t)
       of_system_.push_back(number_of(stated_topic(t)));
     return of_system_[topic];
   }
   /// Whether the contract lets the node of the running system publish the topic of this number.
   [[nodiscard]] bool may_publish(std::uint32_t node, std::uint32_t number) const {
-    return node < system_.nodes.size() &&
-           std::ranges::any_of(contract_.callbacks, [&](const CallbackContract& callback) {
+    return node < system.nodes.size() &&
+           std::ranges::any_of(contract.callbacks, [&](const CallbackContract& callback) {
              return callback.node == stated_node(node) && callback.publication(topics_[number]);
            });
   }
+
+  const Contract& contract;
+  const tracing::System& system;
 
  private:
   static constexpr std::uint32_t kNone = tracing::kNone;
@@ -95,10 +98,10 @@ class StatedNames {
 
   /// Whether any node of the contract runs.
   bool resolve() {
-    if (kept_ || std::exchange(resolved_, system_.nodes.size()) == system_.nodes.size())
+    if (kept_ || std::exchange(resolved_, system.nodes.size()) == system.nodes.size())
       return space_.has_value();
     std::map<std::string, std::uint32_t> matches;  // by namespace
-    for (const std::string& name : system_.nodes) {
+    for (const std::string& name : system.nodes) {
       for (std::size_t at = 0; at != std::string::npos && at < name.size(); at = name.find('/', at + 1))
         if (nodes_.contains(graph_node_name(name.substr(at)))) ++matches[name.substr(0, at)];
     }
@@ -113,77 +116,64 @@ class StatedNames {
     return space_ && name.starts_with(*space_ + "/");
   }
   [[nodiscard]] std::string stated_topic(std::uint32_t topic) const {
-    const std::string& name = system_.topics[topic].name;
+    const std::string& name = system.topics[topic].name;
     return is_inside(name) ? graph_topic_name(name.substr(space_->size())) : name;
   }
   [[nodiscard]] std::uint32_t find_entry(std::uint32_t callback) const {
-    const std::vector<tracing::Callback>& all = system_.callbacks;
-    const tracing::Callback& of = all[callback];
-    const bool timer = of.kind == CallbackKind::timer, service = of.kind == CallbackKind::service,
-               subscription = of.kind == CallbackKind::subscription;
-    if (of.node >= system_.nodes.size() || (!timer && !service && !subscription)) return kNone;
-    if (!timer && of.topic >= system_.topics.size()) return kNone;
-    const std::string node = stated_node(of.node), topic = timer ? "" : stated_topic(of.topic);
-    const std::uint32_t number = timer ? stated_timer(node, callback) : 0;
+    const tracing::Callback& of = system.callbacks[callback];
+    const bool service = of.kind == CallbackKind::service;
+    if (of.node >= system.nodes.size()) return kNone;
+    const std::string node = stated_node(of.node);
+    if (of.kind == CallbackKind::timer) return timer_entry(node, callback);
+    if ((!service && of.kind != CallbackKind::subscription) || of.topic >= system.topics.size()) return kNone;
+    const std::string topic = stated_topic(of.topic);
     const auto entry_for = [&](bool a_service) {
-      const auto entry = std::ranges::find_if(contract_.callbacks, [&](const CallbackContract& stated) {
-        return stated.node == node && stated.topic == topic && stated.service == a_service &&
-               (!timer || stated.timer == number);
+      const auto entry = std::ranges::find_if(contract.callbacks, [&](const CallbackContract& stated) {
+        return stated.node == node && stated.topic == topic && stated.service == a_service;
       });
-      return entry == contract_.callbacks.end()
-                 ? kNone
-                 : static_cast<std::uint32_t>(entry - contract_.callbacks.begin());
+      const bool found = entry != contract.callbacks.end();
+      return found ? static_cast<std::uint32_t>(entry - contract.callbacks.begin()) : kNone;
     };
     const std::uint32_t entry = entry_for(service);
     if (entry != kNone || service) return entry;
-    if (timer) return replaced_timer(node, number, of);
     // Without ROS 2, subscriptions stand for the services of a graph.
-    const bool is_service = std::ranges::any_of(all, [&](const tracing::Callback& c) {
-      return c.kind == CallbackKind::service && c.node == of.node && c.topic < system_.topics.size() &&
-             system_.topics[c.topic].name == system_.topics[of.topic].name;
+    const bool is_service = std::ranges::any_of(system.callbacks, [&](const tracing::Callback& c) {
+      return c.kind == CallbackKind::service && c.node == of.node && c.topic < system.topics.size() &&
+             system.topics[c.topic].name == system.topics[of.topic].name;
     });
     return is_service ? kNone : entry_for(true);
   }
-  /// The number of a timer of the node. A contract of a recording numbers timers as the executor served them:
-  /// another number that has its period, and belongs to no timer by the order of creation, is its own.
-  [[nodiscard]] std::uint32_t stated_timer(const std::string& node, std::uint32_t callback) const {
-    const tracing::Callback& of = system_.callbacks[callback];
+  /// The entry of the timer's number. A contract of a recording numbers timers as the executor served them:
+  /// another entry that has the period, and belongs to no timer by the order of creation, is its own. Beyond
+  /// the stated timers, it replaces one: of those with its period that ran before its creation, and not
+  /// since, the one that has been silent longest. kNone: there is none.
+  [[nodiscard]] std::uint32_t timer_entry(const std::string& node, std::uint32_t callback) const {
+    const tracing::Callback& of = system.callbacks[callback];
     std::vector<Duration> periods;  // of the node's timers
-    std::uint32_t number = 0;
-    for (std::uint32_t c = 0; c < system_.callbacks.size(); ++c) {
-      const tracing::Callback& other = system_.callbacks[c];
+    std::uint32_t number = 0, own = kNone, another = kNone, replaced = kNone;
+    for (std::uint32_t c = 0; c < system.callbacks.size(); ++c) {
+      const tracing::Callback& other = system.callbacks[c];
       if (other.kind != CallbackKind::timer || other.node != of.node) continue;
       periods.push_back(other.period);
       if (c == callback) number = static_cast<std::uint32_t>(periods.size());
     }
-    std::uint32_t another = number;
-    for (const CallbackContract& stated : contract_.callbacks) {
-      const Term* const period = find(stated.terms, Clause::period);
-      if (stated.node != node || !period || period->limit != of.period.count()) continue;
-      if (stated.timer == number) return number;
-      if (stated.timer > periods.size() || periods[stated.timer - 1] != of.period) another = stated.timer;
-    }
-    return another;
-  }
-  /// The entry of a timer that a new one of its node replaces: of those with the same period that ran
-  /// before the creation, and not since, the one that has been silent longest. kNone: there is none.
-  [[nodiscard]] std::uint32_t replaced_timer(const std::string& node, std::uint32_t number,
-                                             const tracing::Callback& by) const {
-    std::uint32_t replaced = kNone;
-    for (std::uint32_t c = 0; c < contract_.callbacks.size(); ++c) {
-      const CallbackContract& stated = contract_.callbacks[c];
+    bool beyond = true;
+    for (std::uint32_t c = 0; c < contract.callbacks.size(); ++c) {
+      const CallbackContract& stated = contract.callbacks[c];
       if (stated.node != node || !stated.topic.empty()) continue;
-      if (stated.timer >= number) return kNone;  // the contract states timers beyond this one
+      beyond = beyond && stated.timer < number;
+      if (stated.timer == number) own = c;
       const Term* const period = find(stated.terms, Clause::period);
-      if (!period || period->limit != by.period.count()) continue;
+      if (!period || period->limit != of.period.count()) continue;
+      if (stated.timer == number) return c;
+      if (stated.timer > periods.size() || periods[stated.timer - 1] != of.period) another = c;
       const std::optional<Time>& latest = latest_[c];
-      if (latest && *latest < by.created && (replaced == kNone || *latest < *latest_[replaced])) replaced = c;
+      if (latest && *latest < of.created && (replaced == kNone || *latest < *latest_[replaced])) replaced = c;
     }
-    return replaced;
+    if (another == kNone && own == kNone) return beyond ? replaced : kNone;
+    return another == kNone ? own : another;
   }
 
-  const Contract& contract_;
-  const tracing::System& system_;
   std::set<std::string> nodes_;
   std::vector<std::string> topics_;
   std::optional<std::string> space_;  // `/robot1`; empty: none

@@ -25,11 +25,11 @@ namespace hotpath::watch {
 /// executor whose callbacks it runs, a timer thread to the only executor of its process.
 class ThreadCheck {
  public:
-  /// The system and the judge must outlive it.
-  ThreadCheck(const Contract& contract, const tracing::System& system, Judge& judge)
-      : system_(system), judge_(judge), of_entry_(contract.callbacks.size()) {
-    for (std::size_t t = 0; t < contract.threads.size(); ++t)
-      for (const std::uint32_t callback : contract.threads[t].callbacks)
+  /// Both must outlive it.
+  ThreadCheck(const StatedNames& names, Judge& judge)
+      : system_(names.system), judge_(judge), of_entry_(names.contract.callbacks.size()) {
+    for (std::size_t t = 0; t < names.contract.threads.size(); ++t)
+      for (const std::uint32_t callback : names.contract.threads[t].callbacks)
         of_entry_[callback] = &judge.all(Kind::thread)[t];
   }
 
@@ -104,10 +104,10 @@ class ThreadCheck {
       if (from != state.readings.begin()) --from;
       const Reading& last = to == state.readings.end() ? state.readings.back() : *to;
       const Duration waited = last.waited + last.stolen - from->waited - from->stolen;
+      const bool stands = waited >= std::max(kStandstill, (last.at - from->at) * 3 / 4);
       if (waited >= kShortestWait)
-        all.push_back({waited < std::max(kStandstill, (last.at - from->at) * 3 / 4) ? Role::circumstance
-                                                                                    : Role::standstill,
-                       from->at, state.owner->name + " " + sentence(state, *from, last)});
+        all.push_back({stands ? Role::standstill : Role::circumstance, from->at,
+                       state.owner->name + " " + sentence(state, *from, last)});
     }
     return all;
   }
@@ -156,27 +156,26 @@ class ThreadCheck {
   }
   /// The policy and the processors of a timer thread are not stated: it only must not change.
   void judge(const ThreadFacts& now, const State& state) const {
-    const ThreadFacts* const before = state.before ? &*state.before : nullptr;
-    const Time since = before ? *previous_ : state.first_start;
-    if (now.timers && before == nullptr) return;
+    if (now.timers && !state.before) return;
+    const ThreadFacts before = state.before.value_or(now);
+    const Time since = state.before ? *previous_ : state.first_start;
     const auto compare = [&](JudgedTerm& term, bool changed, bool as_stated, const std::string& observed) {
       term.judge(now.timers ? !changed : as_stated,
                  "thread " + now.name + observed + (now.timers ? "" : ", contract " + term.limit_text()),
-                 since, before != nullptr && !changed);
+                 since, state.before && !changed);
     };
     if (JudgedTerm* const policy = state.owner->find(Clause::policy)) {
-      const bool changed = before != nullptr && now.policy != before->policy;
-      const std::string instead = changed ? " instead of " + to_string(before->policy) : "";
+      const bool changed = now.policy != before.policy;
       const ThreadPolicy stated = policy->term().policy;
-      const bool as_stated = now.policy == stated || (now.inherited && stated == ThreadPolicy{});
-      compare(*policy, changed, as_stated, " has the policy " + to_string(now.policy) + instead);
+      compare(*policy, changed, now.policy == stated || (now.inherited && stated == ThreadPolicy{}),
+              " has the policy " + to_string(now.policy) +
+                  (changed ? " instead of " + to_string(before.policy) : ""));
     }
-    if (JudgedTerm* const processors = state.owner->find(Clause::processors)) {
-      compare(*processors, before != nullptr && now.processors != before->processors,
+    if (JudgedTerm* const processors = state.owner->find(Clause::processors))
+      compare(*processors, now.processors != before.processors,
               now.processors == processors->term().processors,
               " may run on processors " + program::joined(now.processors, ",") +
                   (now.timers ? ", before on others" : ""));
-    }
   }
   void judge_progress(const ThreadFacts& now, State& state) {
     constexpr char kReady = 'R', kStopped = 'T';

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <set>
 #include <sstream>
@@ -61,14 +62,14 @@ struct ThreadReading {
   const std::size_t open = text.find('('), close = text.rfind(')');  // a name may contain both
   if (open == std::string::npos || close == std::string::npos || close < open) return false;
   facts.name = text.substr(open + 1, close - open - 1);
+  constexpr std::size_t kStart = 22, kProcessor = 39, kState = 3;  // proc(5) counts fields from 1
   std::istringstream rest(text.substr(close + 1));
-  std::string field;
-  constexpr int kStart = 22, kProcessor = 39;  // proc(5) counts fields from 1; the state is the third
-  rest >> facts.state;
-  for (int f = 4; f < kStart; ++f) rest >> field;
-  rest >> facts.started;
-  for (int f = kStart + 1; f < kProcessor; ++f) rest >> field;
-  return static_cast<bool>(rest >> facts.processor);
+  const std::vector<std::string> fields(std::istream_iterator<std::string>(rest), {});
+  if (fields.size() + kState <= kProcessor) return false;
+  facts.state = fields.front().front();
+  facts.started = std::strtoull(fields[kStart - kState].c_str(), nullptr, 10);
+  facts.processor = std::atoi(fields[kProcessor - kState].c_str());
+  return true;
 }
 [[nodiscard]] inline bool parse_schedstat(const std::string& text, ThreadFacts& facts) {
   std::istringstream numbers(text);
@@ -83,26 +84,21 @@ struct ThreadReading {
 [[nodiscard]] inline std::string group_folder(const std::string& cgroup) {
   std::istringstream lines(cgroup);
   std::string folder;
-  for (std::string line; std::getline(lines, line);) {
-    const std::size_t first = std::min(line.find(':'), line.size()), second = line.find(':', first + 1);
-    if (second == std::string::npos) continue;
-    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
-    const bool unified = controllers == ",,";
-    if (controllers.find(",cpu,") != std::string::npos || (unified && folder.empty()))
-      folder = (unified ? "/sys/fs/cgroup" : "/sys/fs/cgroup/cpu") + line.substr(second + 1);
+  for (std::string number, controllers, path; std::getline(lines, number, ':') &&
+                                              std::getline(lines, controllers, ':') &&
+                                              std::getline(lines, path);) {
+    const bool unified = controllers.empty();
+    if (unified ? folder.empty() : ("," + controllers + ",").find(",cpu,") != std::string::npos)
+      folder = (unified ? "/sys/fs/cgroup" : "/sys/fs/cgroup/cpu") + path;
   }
   return folder;
 }
 
 /// What a control group may run: of cpu.max (v2), or of two files (v1).
 [[nodiscard]] inline std::string quota_of(const std::string& folder) {
-  long quota_us = 0, period_us = 0;
-  if (std::ifstream unified(folder + "/cpu.max"); unified) {
-    unified >> quota_us >> period_us;
-  } else {
-    std::ifstream(folder + "/cpu.cfs_quota_us") >> quota_us;
-    std::ifstream(folder + "/cpu.cfs_period_us") >> period_us;
-  }
+  long quota_us = machine::number_in(folder + "/cpu.cfs_quota_us", 0);
+  long period_us = machine::number_in(folder + "/cpu.cfs_period_us", 0);
+  std::ifstream(folder + "/cpu.max") >> quota_us >> period_us;
   if (quota_us <= 0 || period_us <= 0) return "";
   return program::text("%.3f ms in %.3f ms", static_cast<double>(quota_us) / 1000,
                        static_cast<double>(period_us) / 1000);
@@ -234,10 +230,8 @@ class ThreadReader {
     facts.waited = waits_.with(facts, reading.at);
     if (const auto group = groups_.find(thread.first); group != groups_.end()) {
       facts.quota = group->second.second;
-      std::ifstream values(group->second.first);
-      std::string key;
-      for (std::uint64_t value = 0; values >> key >> value;)
-        if (key == "nr_throttled") facts.throttled = value;
+      facts.throttled =
+          std::strtoull(machine::value_of(group->second.first, "nr_throttled", ' ').c_str(), nullptr, 10);
     }
     reading.facts.push_back(std::move(facts));
   }

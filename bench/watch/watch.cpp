@@ -97,58 +97,40 @@ std::vector<std::pair<std::string, std::string>> sensor_variables(const std::str
   return {{"LD_PRELOAD", sensor_library() + rest}, {sensor::kSessionVariable, session}};
 }
 
-/// A program that runs with the sensor. It keeps running if the watcher is killed.
-class WatchedProgram {
- public:
-  /// Starts the program, found along PATH, with its arguments. Its standard output goes to standard
-  /// error, because the watcher writes to standard output. Throws RunError if it cannot be started.
-  WatchedProgram(std::vector<std::string> words, const std::string& session) {
-    for (const auto& [name, value] : sensor_variables(session)) setenv(name.c_str(), value.c_str(), 1);
-    const auto prepare = [] {
-      std::signal(SIGPIPE, SIG_DFL);  // this program ignores both
-      std::signal(SIGXFSZ, SIG_DFL);
-      umask(program::inherited_umask);
-      dup2(STDERR_FILENO, STDOUT_FILENO);
-    };
-    id_ = program::start_program(std::move(words), prepare, environ);
-  }
-  WatchedProgram(const WatchedProgram&) = delete;
-  WatchedProgram& operator=(const WatchedProgram&) = delete;
-  /// Kills it if it still runs.
-  ~WatchedProgram() {
-    if (ended()) return;
-    signal(SIGKILL);
-    int status = 0;
-    program::await_process(id_, &status);
-  }
-
-  /// The status as from waitpid(), once it has ended; the first call after the end waits for it.
-  [[nodiscard]] std::optional<int> ended() {
-    int status = 0;
-    if (!status_ && program::await_process(id_, &status, WNOHANG) == id_) status_ = status;
-    return status_;
-  }
-  void signal(int number) const {
-    if (!status_) kill(id_, number);
-  }
-
- private:
-  pid_t id_ = -1;
-  std::optional<int> status_;
-};
+/// Starts the program, found along PATH, with its arguments and the sensor; it keeps running if the watcher
+/// is killed. Its standard output goes to standard error, because the watcher writes to standard output.
+/// Throws RunError if it cannot be started.
+pid_t start(const std::vector<std::string>& command, const std::string& session) {
+  for (const auto& [name, value] : sensor_variables(session)) setenv(name.c_str(), value.c_str(), 1);
+  const auto prepare = [] {
+    std::signal(SIGPIPE, SIG_DFL);  // this program ignores both
+    std::signal(SIGXFSZ, SIG_DFL);
+    umask(program::inherited_umask);
+    dup2(STDERR_FILENO, STDOUT_FILENO);
+  };
+  return program::start_program(command, prepare, environ);
+}
 
 class Watch {
  public:
   explicit Watch(const WatchOptions& options)
       : options_(options),
         given_(options.contract.empty() ? Contract{} : read_contract(options.contract)),
-        session_(is_attached() ? Meeting::attachable : Meeting::own),
+        session_(is_attached()),
         recorder_(recorder_of(options)),
-        program_(is_attached() ? nullptr
-                               : std::make_unique<WatchedProgram>(options.command, session_.name())),
         observer_(given_, recorder_.get(), realtime_now(),
                   is_attached() ? std::optional(begin_) : std::nullopt) {
+    if (!is_attached()) program_ = start(options.command, session_.name());
     setpriority(PRIO_PROCESS, 0, kNice);  // the program has been started with the usual priority
+  }
+  Watch(const Watch&) = delete;
+  Watch& operator=(const Watch&) = delete;
+  /// Kills the program if it still runs.
+  ~Watch() {
+    if (is_attached() || ended()) return;
+    kill(program_, SIGKILL);
+    int status = 0;
+    program::await_process(program_, &status);
   }
 
   void run() {
@@ -163,10 +145,10 @@ class Watch {
       if (now() >= next_reading_) read_threads();
       state_incidents(false);
       if (elapsed() >= reported_ + kReport) report();
-      if (program_) end_program_if_due();
+      if (!is_attached()) end_program_if_due();
     }
     observe(session_.finish(now()));
-    if (program_) observer_.end();
+    if (!is_attached()) observer_.end();
     read_threads();
     judge_threads(Time::max());
     state_incidents(true);
@@ -174,13 +156,13 @@ class Watch {
     if (options_.json && options_.once) print_json();
     end_snapshots(true);
     print_result();
-    const int status = program_ ? *program_->ended() : 0;
+    const int status = is_attached() ? 0 : *ended();
     if (!is_ending() && status != 0)
       throw program::RunError("`" + options_.command.front() + "` " + program::how_it_ended(status));
     if (options_.fail_on && observer_.events() == 0)
       throw program::RunError("nothing was observed, so the contract " + options_.contract +
                               " could not be judged");
-    if (options_.fail_on && observer_.judge().broken())
+    if (options_.fail_on && !observer_.judge().incident().empty())
       throw program::ContractBroken("the contract " + options_.contract +
                                     " is broken: " + observer_.judge().incident());
   }
@@ -189,16 +171,21 @@ class Watch {
   bool is_judged() const { return !options_.contract.empty(); }
   bool is_attached() const { return options_.command.empty(); }
   bool is_refreshed() const { return !options_.once && !options_.json && isatty(STDOUT_FILENO) != 0; }
-  std::deque<Incident>& incidents() { return observer_.judge().incidents().kept(); }
+  std::deque<Incident>& incidents() { return observer_.judge().incidents().kept; }
   std::uint64_t losses() const { return session_.losses().total(); }
   static Time now() { return std::chrono::steady_clock::now(); }
   Duration elapsed() const { return now() - begin_; }
   bool is_time_over() const {
     return options_.seconds && elapsed() >= std::chrono::duration<double>(*options_.seconds);
   }
-  bool over() {
-    return program_ ? program_->ended().has_value() : is_time_over() || program::interrupted() != 0;
+  /// The status of the program as from waitpid(), once it has ended; the first call after the end waits for
+  /// it.
+  std::optional<int> ended() {
+    int status = 0;
+    if (!status_ && program::await_process(program_, &status, WNOHANG) == program_) status_ = status;
+    return status_;
   }
+  bool over() { return is_attached() ? is_time_over() || program::interrupted() != 0 : ended().has_value(); }
   /// Whether the program was asked to end. A terminal sends an interrupt to the program as well.
   bool is_ending() const { return due_ || program::interrupted() != 0; }
 
@@ -217,7 +204,7 @@ class Watch {
 
   void observe(const std::vector<tracing::Event>& events) {
     observer_.note_losses(losses(), now());
-    if (program_ && is_ending()) observer_.end();
+    if (!is_attached() && is_ending()) observer_.end();
     for (const tracing::Event& event : events) observer_.event(event);
     if (recorder_ && writers_.empty() && std::exchange(snapshot_requested, 0) != 0)
       write_snapshot("requested by SIGUSR1");
@@ -227,10 +214,8 @@ class Watch {
     const ThreadReading& reading = unjudged_.emplace_back(threads_.read(observer_.system(), now()));
     report_.follow(reading, observer_);
     observer_.set_realtime(realtime_now(), reading.at);
-    next_reading_ = reading.at + kFacts;
-    if (!is_judged()) return;
     const auto of_each = kFactsOfEach * static_cast<int>(reading.facts.size());
-    next_reading_ = std::min(next_reading_, reading.at + of_each);
+    next_reading_ = reading.at + (is_judged() ? std::min(kFacts, of_each) : kFacts);
   }
 
   /// The facts of threads follow the events that happened before them.
@@ -296,7 +281,7 @@ class Watch {
       if (listed.size() > kMostPrinted)
         std::cout << incidents().back().number() - kMostPrinted << " further incidents\n";
     }
-    if (session_.threads() == 0 && program_)
+    if (session_.threads() == 0 && !is_attached())
       say("no tracepoint was recorded: a program without tracetools, of a distribution before Humble, of "
           "another user, or without room in /dev/shm");
   }
@@ -321,7 +306,7 @@ class Watch {
     for (const program::Table& table : report_.tables()) std::cout << table << "\n";
   }
 
-  void print_json() const {
+  void print_json() {
     nlohmann::json line = report_.json();
     if (is_judged()) line["contract"] = observer_.judge().json(losses() > 0);
     print_line(line);
@@ -343,7 +328,8 @@ class Watch {
       due_ = elapsed() + (over ? seconds(0) : seconds(1));
     }
     if (elapsed() < *due_ || asked_to_end_ == std::size(kRequests)) return;
-    program_->signal(kRequests[asked_to_end_++]);
+    if (!status_) kill(program_, kRequests[asked_to_end_]);
+    ++asked_to_end_;
     *due_ = elapsed() + kPatience;
   }
 
@@ -352,8 +338,9 @@ class Watch {
   const Contract given_;
   Session session_;                                 // keeps the texts of the recorder's events
   const std::unique_ptr<FlightRecorder> recorder_;  // nullptr: no snapshots are written
-  const std::unique_ptr<WatchedProgram> program_;   // nullptr: attached
   Observer observer_;
+  pid_t program_ = -1;         // none if attached
+  std::optional<int> status_;  // of the program, after its end
   ThreadReader threads_;
   std::deque<ThreadReading> unjudged_;
   ObservationReport report_{options_.once};
