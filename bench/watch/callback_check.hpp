@@ -99,7 +99,6 @@ class CallbackCheck {
     ending_ = true;
     lossless_ = false;
   }
-  /// A process has ended.
   void forget(std::uint32_t id, bool broke_off) {
     const auto process = processes_.find(id);
     if (process == processes_.end() || process->second.ended) return;

@@ -83,7 +83,7 @@ class ObservationReport {
     Time at{}, before_at{};     ///< Of both.
     ThreadPolicy first_policy = {};
     std::string executor = {};
-    double ran = 0, waited = 0, withheld = 0;  ///< ms in a second.
+    nlohmann::json rates = {{"cpu_ms_per_s", 0.0}, {"waited_ms_per_s", 0.0}, {"withheld_ms_per_s", 0.0}};
   };
   /// What tables show of the rows of JSON: a pointer into the row, and the header.
   using Columns = std::initializer_list<const char*>;
@@ -180,10 +180,8 @@ class ObservationReport {
                       {"executor", thread.executor},
                       {"policy", to_string(of.policy) + (of.inherited ? " (inherited)" : "")},
                       {"policy_before", changed ? nlohmann::json(to_string(thread.first_policy)) : nullptr},
-                      {"processors", of.processors},
-                      {"cpu_ms_per_s", thread.ran},
-                      {"waited_ms_per_s", thread.waited},
-                      {"withheld_ms_per_s", thread.withheld}});
+                      {"processors", of.processors}});
+      rows.back().update(thread.rates);
     }
     return rows;
   }
@@ -191,10 +189,10 @@ class ObservationReport {
     const ThreadFacts &now = thread.facts, &before = thread.before;
     if (read_ - thread.before_at < kShortest) return;
     const double seconds = to_ms(read_ - thread.before_at) / 1000;
-    thread.ran = to_ms(now.ran - before.ran) / seconds;
-    thread.waited = to_ms(now.waited - before.waited) / seconds;
     const bool stayed = now.processor == before.processor;  // each one has a counter of its own
-    thread.withheld = stayed ? to_ms(now.stolen - before.stolen) / seconds : 0;
+    thread.rates = {{"cpu_ms_per_s", to_ms(now.ran - before.ran) / seconds},
+                    {"waited_ms_per_s", to_ms(now.waited - before.waited) / seconds},
+                    {"withheld_ms_per_s", stayed ? to_ms(now.stolen - before.stolen) / seconds : 0}};
     if (whole_) return;
     thread.before = now;
     thread.before_at = read_;

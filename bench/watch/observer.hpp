@@ -266,7 +266,6 @@ class Observer : public tracing::Sink {
   static constexpr std::uint32_t kNone = tracing::kNone;
   /// Of a system: further descriptions of entities are ignored.
   static constexpr std::uint64_t kMostEntities = 200'000;
-  /// A job that has ended.
   struct PastJob {
     std::uint32_t callback;  ///< Of the system.
     Time start{}, finish{};
@@ -323,7 +322,6 @@ class Observer : public tracing::Sink {
         !sample.queued && unsure.size() < kMost)
       unsure.push_back(sample);
   }
-  /// The subscription takes a sample.
   void confirm_losses(std::uint32_t callback) {
     if (const auto samples = unsure_.extract(callback)) {
       for (const tracing::LostSample& sample : samples.mapped()) {

@@ -71,7 +71,6 @@ class RingMemory {
     if (magic != sensor::kMagic && magic != sensor::kDescriptionsMagic) ring.reset();
     return ring;
   }
-  /// Unmaps a ring.
   void operator()(sensor::Ring* ring) const {
     const auto at = reinterpret_cast<std::uintptr_t>(ring);
     *std::ranges::find_if(mapped, [&](const auto& other) { return other == at; }) = 0;
@@ -271,7 +270,6 @@ class Session {
         names.push_back(name.substr(prefix.size()));
     return names;
   }
-  /// The names of the rings of a session.
   static std::vector<std::string> rings_of(const std::string& session) {
     const std::string prefix = marker_of(session) + ".";
     std::vector<std::string> names = names_after(prefix);

@@ -81,7 +81,6 @@ class ThreadCheck {
     std::erase_if(states_, [&](const auto& state) { return state.first.first == ended.first; });
   }
 
-  /// Of the latest facts.
   [[nodiscard]] std::optional<Time> at() const { return at_; }
   /// The name of the thread's executor; empty: unknown.
   [[nodiscard]] std::string name_of(const ThreadKey& thread) const {
