@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/run_events.hpp"
+#include "import/import_ctf.hpp"
 
 #include <algorithm>
 #include <array>
@@ -16,8 +16,7 @@
 #include <vector>
 
 #include "hotpath/tracing/ctf_trace.hpp"
-#include "import/hypothesis.hpp"
-#include "import/import_ctf.hpp"
+#include "import/recognition.hpp"
 #include "program/errors.hpp"
 #include "program/forked_task.hpp"
 #include "program/output_target.hpp"
@@ -51,57 +50,46 @@ constexpr std::uint64_t kMessage = std::uint64_t{9} << 32, kExecutor = std::uint
 using ThreadId = std::pair<std::uint16_t, std::uint16_t>;  // process and worker
 ThreadId thread_of(const JobRecord& r) { return {r.process, r.worker}; }
 
-/// Gives each simulated job a processor on which its thread may run: the last one of its thread or another
-/// one without a running job, otherwise one whose running job ends later and is preempted, preferably one
-/// whose thread is not bound to it.
-class Processors {
- public:
-  explicit Processors(const ExportedRun& run) : run_(run), running_(run.cores) {}
-
-  /// Of the jobs in the order of starts. Those that are bound to a processor choose first at one instant.
-  std::vector<std::int32_t> of(const std::vector<const JobRecord*>& jobs) {
-    std::vector<std::size_t> order(jobs.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::ranges::stable_sort(order, {},
-                             [&](std::size_t j) { return std::pair(jobs[j]->start, may_move(*jobs[j])); });
-    std::vector<std::int32_t> of_job(jobs.size());
-    for (const std::size_t j : order) of_job[j] = jobs[j]->cpu >= 0 ? jobs[j]->cpu : choose(*jobs[j]);
-    return of_job;
-  }
-
- private:
-  bool may_move(const JobRecord& r) const {
-    return r.worker >= run_.processors.size() || run_.processors[r.worker].size() != 1;
-  }
-
-  std::int32_t choose(const JobRecord& r) {
-    int& last = last_.try_emplace(thread_of(r), static_cast<int>(r.worker % run_.cores)).first->second;
-    std::vector<int> allowed(run_.cores);
+/// The processors of the jobs, which are in the order of starts. A simulated one gets one on which its thread
+/// may run: the last one of its thread or another one without a running job, otherwise one whose running job
+/// ends later and is preempted, preferably one whose thread is not bound to it.
+std::vector<std::int32_t> processors_of(const ExportedRun& run, const std::vector<const JobRecord*>& jobs) {
+  const auto may_move = [&](const JobRecord& r) {
+    return r.worker >= run.processors.size() || run.processors[r.worker].size() != 1;
+  };
+  const auto end_of = [](const JobRecord& r) { return r.outcome == Outcome::ran ? r.finish : Time::max(); };
+  std::vector<std::vector<const JobRecord*>> running(run.cores);  // by processor, the innermost last
+  std::map<ThreadId, int> last_of;
+  const auto choose = [&](const JobRecord& r) {
+    int& last = last_of.try_emplace(thread_of(r), static_cast<int>(r.worker % run.cores)).first->second;
+    std::vector<int> allowed(run.cores);
     std::iota(allowed.begin(), allowed.end(), 0);
-    if (r.worker < run_.processors.size() && !run_.processors[r.worker].empty())
-      allowed = run_.processors[r.worker];
-    std::erase_if(allowed, [&](int p) { return p >= static_cast<int>(run_.cores); });
+    if (r.worker < run.processors.size() && !run.processors[r.worker].empty())
+      allowed = run.processors[r.worker];
+    std::erase_if(allowed, [&](int p) { return p >= static_cast<int>(run.cores); });
     if (allowed.empty()) allowed = {last};
     const auto own = std::ranges::find(allowed, last);
     if (own != allowed.end()) std::iter_swap(allowed.begin(), own);
     const auto rank = [&](int p) {
-      std::vector<const JobRecord*>& on = running_[static_cast<std::size_t>(p)];
+      std::vector<const JobRecord*>& on = running[static_cast<std::size_t>(p)];
       std::erase_if(on, [&](const JobRecord* other) { return end_of(*other) <= r.start; });
       if (on.empty()) return 0;
       const bool ends_later = end_of(*on.back()) >= end_of(r);
       return may_move(*on.back()) ? (ends_later ? 1 : 2) : (ends_later ? 3 : 4);
     };
     last = *std::ranges::min_element(allowed, {}, rank);
-    running_[static_cast<std::size_t>(last)].push_back(&r);
+    running[static_cast<std::size_t>(last)].push_back(&r);
     return last;
-  }
-
-  static Time end_of(const JobRecord& r) { return r.outcome == Outcome::ran ? r.finish : Time::max(); }
-
-  const ExportedRun& run_;
-  std::vector<std::vector<const JobRecord*>> running_;  // by processor, the innermost last
-  std::map<ThreadId, int> last_;
-};
+  };
+  std::vector<std::size_t> order(jobs.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  // Those that are bound to a processor choose first at one instant.
+  std::ranges::stable_sort(order, {},
+                           [&](std::size_t j) { return std::pair(jobs[j]->start, may_move(*jobs[j])); });
+  std::vector<std::int32_t> of_job(jobs.size());
+  for (const std::size_t j : order) of_job[j] = jobs[j]->cpu >= 0 ? jobs[j]->cpu : choose(*jobs[j]);
+  return of_job;
+}
 
 class EventWriter {
  public:
@@ -205,7 +193,7 @@ class EventWriter {
     for (const JobRecord& r : run_.trace.jobs)
       if (r.started()) jobs.push_back(&r);
     std::ranges::stable_sort(jobs, {}, &JobRecord::start);
-    const std::vector<std::int32_t> processors = Processors(run_).of(jobs);
+    const std::vector<std::int32_t> processors = processors_of(run_, jobs);
     std::map<ThreadId, const JobRecord*> previous;
     for (std::size_t j = 0; j < jobs.size(); ++j) {
       const JobRecord& r = *jobs[j];

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "hotpath/core/platform.hpp"
-#include "import/hypothesis.hpp"
+#include "import/recognition.hpp"
 
 namespace hotpath::imports {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/hypothesis.hpp"
+#include "import/recognition.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -100,25 +100,20 @@ std::vector<Pair> most_wrong(TaskSet set, const Levels& levels, const Agreement&
   return most;
 }
 
-RecordedSteps no_steps(Time epoch, std::size_t tasks, std::size_t threads, std::size_t jobs) {
-  return {.steps = {},
-          .ready = std::vector<std::vector<Time>>(tasks),
-          .ready_on = std::vector<std::vector<Time>>(threads),
-          .decided = decltype(RecordedSteps::decided)(tasks),
-          .deadline = std::vector<Time>(jobs, kNever),
-          .own = std::vector<bool>(tasks),
-          .has_timers = std::vector<bool>(threads),
-          .has_others = std::vector<bool>(threads),
-          .epoch = epoch};
-}
-
 }  // namespace
 
 RecordedSteps recorded_steps(const RecordedGraph& graph, const RecordedWindow& window,
                              std::span<const tracing::LostSample> lost, const RecordedExecutor& executor,
                              std::size_t most) {
   const TaskSet& set = graph.tasks.set;
-  RecordedSteps result = no_steps(graph.epoch, set.size(), executor.threads.size(), window.jobs.size());
+  RecordedSteps result;
+  result.epoch = graph.epoch;
+  result.own.resize(set.size());
+  result.ready.resize(set.size());
+  result.decided.resize(set.size());
+  for (auto* of_thread : {&result.has_timers, &result.has_others}) of_thread->resize(executor.threads.size());
+  result.ready_on.resize(executor.threads.size());
+  result.deadline.assign(window.jobs.size(), kNever);
   std::map<std::pair<TaskId, std::uint64_t>, std::uint32_t> job_at;  // by task and number
   const auto recorded_job = [&](const tracing::JobRef& ref) {
     const auto job = job_at.find({graph.task(ref), ref.number});

@@ -13,7 +13,7 @@
 #include "hotpath/core/utf8.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/tracing/assembler.hpp"
-#include "import/import_page.hpp"
+#include "import/stages.hpp"
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/output_target.hpp"
@@ -65,10 +65,9 @@ void write_run(const Imported& imported, const fs::path& output, const char* nam
 }
 
 /// Writes the files of an import.
-void write(const Facts& facts) {
-  const Imported& imported = facts.imported;
+void write(const Imported& imported) {
   const Reproduction& best = imported.best;
-  const fs::path output = facts.options.output;
+  const fs::path output = imported.options.output;
   program::create_folder(output);
   write_graph(output / "graph.yaml", best.graph, import_comments(imported), program::write_with_folder);
   if (best.executor.deployment && !imported.found.deployment) {
@@ -82,9 +81,9 @@ void write(const Facts& facts) {
   write_run(imported, output, "run", recorded, results::RunKind::recorded);
   if (best.check.failure.empty())
     write_run(imported, output, "simulated", best.check.simulated, results::RunKind::simulated);
-  program::write_whole_file(output / "import.json", "--output", import_json(facts));
+  program::write_whole_file(output / "import.json", "--output", import_json(imported));
   program::draw_figure("import-page", output, true);
-  print_import(std::cout, facts, output);
+  print_import(std::cout, imported);
 }
 
 /// Reads the trace. When the first jobs suffice, it interprets them, and counts the others.
@@ -100,12 +99,14 @@ class CtfImport final : public tracing::Sink {
     for (const auto& [name, count] : reading_.events) check_name(name, "metadata");
     assembler_.finish();
     if (!imported_) interpret();
-    write({reading_, assembler_.system(), *imported_, options_, later_jobs_});
+    imported_->system = assembler_.system();
+    imported_->reading = std::move(reading_);
+    write(*imported_);
   }
 
   void ended(tracing::Job&& job) override {
     if (imported_) {
-      ++later_jobs_;
+      ++imported_->later_jobs;
       return;
     }
     jobs_.push_back(std::move(job));
@@ -148,7 +149,6 @@ class CtfImport final : public tracing::Sink {
   std::vector<tracing::Job> jobs_;  // the first ones
   std::vector<tracing::LostSample> lost_;
   std::optional<Imported> imported_;  // none: the first jobs are not all read
-  std::uint64_t later_jobs_ = 0;
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/import_page.hpp"
+#include "import/stages.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -30,15 +30,15 @@ std::vector<std::string> publishers_of(const RecordedGraph& graph, const Inferre
   return names;
 }
 
-json rules_json(const Facts& facts) {
-  const RecordedGraph& graph = facts.imported.found.graph;
+json rules_json(const Imported& imported) {
+  const RecordedGraph& graph = imported.found.graph;
   json rules = json::array();
   for (const InferredRule& rule : graph.rules) {
     std::vector<std::string> as_good;
-    for (const InferredRule& other : rule.as_good) as_good.push_back(rule_text(facts.system, other));
-    rules.push_back({{"topic", facts.system.topics[rule.topic].name},
+    for (const InferredRule& other : rule.as_good) as_good.push_back(rule_text(imported.system, other));
+    rules.push_back({{"topic", imported.system.topics[rule.topic].name},
                      {"publishers", publishers_of(graph, rule)},
-                     {"rule", rule_text(facts.system, rule)},
+                     {"rule", rule_text(imported.system, rule)},
                      {"jobs", rule.jobs},
                      {"explained", rule.explained},
                      {"as_good", as_good},
@@ -71,15 +71,14 @@ json recognition_json(const Recognition& r) {
           {"ranking", ranking}};
 }
 
-json executors_json(const Facts& facts) {
+json executors_json(const Imported& imported) {
   json all = json::array();
-  const Imported& imported = facts.imported;
   const Reproduction& best = imported.best;
   for (std::size_t e = 0; e < best.labels.size(); ++e) {
     const RecordedExecutor& executor = imported.recorded.executors[e];
     json threads = json::array();
     for (const std::uint32_t t : executor.threads) {
-      const tracing::Thread& thread = facts.system.threads[t];
+      const tracing::Thread& thread = imported.system.threads[t];
       threads.push_back(
           {{"thread", thread.id}, {"jobs", thread.jobs}, {"processors", usual_processors(thread)}});
     }
@@ -107,32 +106,32 @@ json quantiles_us(std::vector<double> all) {
 }
 
 /// The data of the trace about each task.
-json tasks_json(const Facts& facts) {
-  const RecordedGraph& graph = facts.imported.found.graph;
+json tasks_json(const Imported& imported) {
+  const RecordedGraph& graph = imported.found.graph;
   std::vector<std::vector<double>> durations_us(graph.tasks.set.size());
-  for (const tracing::Job& job : facts.imported.recorded.jobs) {
+  for (const tracing::Job& job : imported.recorded.jobs) {
     const TaskId task = graph.task(job.ref);
     if (task != kNoTask && job.ended) durations_us[task].push_back(to_us(job.finish - job.start));
   }
   json tasks = json::array();
   for (TaskId id = 0; id < graph.tasks.set.size(); ++id) {
     if (graph.callback_of[id] == kNone) continue;
-    const tracing::Callback& callback = facts.system.callbacks[graph.callback_of[id]];
+    const tracing::Callback& callback = imported.system.callbacks[graph.callback_of[id]];
     json& task = tasks.emplace_back(json{{"task", graph.tasks.set[id].name},
                                          {"kind", to_string(graph.tasks.set[id].kind)},
-                                         {"node", facts.system.nodes[callback.node]},
+                                         {"node", imported.system.nodes[callback.node]},
                                          {"jobs", callback.jobs},
                                          {"never_ended", callback.never_ended},
                                          {"threads", callback.threads.size()},
                                          {"published", json::object()}});
     if (!durations_us[id].empty()) task["duration_us"] = quantiles_us(std::move(durations_us[id]));
     for (const auto& [topic, messages] : callback.published)
-      task["published"][facts.system.topics[topic].name] = messages;
+      task["published"][imported.system.topics[topic].name] = messages;
     if (graph.tasks.set[id].kind == TaskKind::timer) {
       task["period_ms"] = to_ms(callback.period);
       task["created_ns"] = to_ns(callback.created);
     } else {
-      task["topic"] = facts.system.topics[callback.topic].name;
+      task["topic"] = imported.system.topics[callback.topic].name;
       task["samples"] = callback.samples;
       task["strangers"] = callback.strangers;
     }
@@ -175,24 +174,25 @@ json self_check_json(const SelfCheck& check) {
 }
 
 /// How often and how long callbacks ran that are not in the graph; by name those with a share of the load.
-json left_out_json(const Facts& facts) {
+json left_out_json(const Imported& imported) {
   constexpr double kLeast_percent = 0.05;
   std::uint64_t callbacks = 0, jobs = 0;
   Duration busy{};
   std::map<std::string, Duration> by_name;
-  const std::vector<tracing::Callback>& all = facts.system.callbacks;
+  const std::vector<tracing::Callback>& all = imported.system.callbacks;
   for (std::uint32_t c = 0; c < all.size(); ++c) {
-    if (facts.imported.found.graph.task({c, 0}) != kNoTask) continue;
+    if (imported.found.graph.task({c, 0}) != kNoTask) continue;
     ++callbacks;
     jobs += all[c].jobs;
     busy += all[c].busy;
     const bool known = all[c].node != kNone && all[c].topic != kNone;
-    by_name[known ? concat(facts.system.topics[all[c].topic].name, " of ", facts.system.nodes[all[c].node])
+    by_name[known ? concat(imported.system.topics[all[c].topic].name, " of ",
+                           imported.system.nodes[all[c].node])
                   : "callbacks without a node or topic"] += all[c].busy;
   }
   std::vector<std::pair<double, std::string>> shares;
   for (const auto& [name, its] : by_name)
-    if (const double share = 100 * seconds_of(its) / seconds_of(facts.reading.length());
+    if (const double share = 100 * seconds_of(its) / seconds_of(imported.reading.length());
         share >= kLeast_percent)
       shares.emplace_back(share, program::text("%s (%.1f %% of a processor)", name.c_str(), share));
   std::ranges::sort(shares, std::greater());
@@ -213,16 +213,16 @@ std::string first_of(std::vector<std::string> items, const char* separator = "; 
 }
 
 /// What is wrong with the recording.
-std::vector<std::string> defects(const Facts& facts) {
+std::vector<std::string> defects(const Imported& imported) {
   std::vector<std::string> all;
-  const tracing::TraceReading& r = facts.reading;
+  const tracing::TraceReading& r = imported.reading;
   const auto warn = [&](const auto&... parts) { all.push_back(concat(parts...)); };
   if (!r.broken_off.empty()) warn("The trace breaks off: ", r.broken_off, ". The events before are used.");
   if (r.discarded_events + r.discarded_packets > 0)
     warn("The tracer discarded at least ", r.discarded_events, " events and ", r.discarded_packets,
          " packets; the numbers of jobs, messages and losses are unreliable. Record with larger buffers "
          "(`--subbuf-size`, `--num-subbuf`).");
-  const tracing::System& system = facts.system;
+  const tracing::System& system = imported.system;
   Duration longest_period = std::chrono::milliseconds(100);
   std::uint64_t never_ended = 0;
   for (const tracing::Callback& c : system.callbacks) {
@@ -244,10 +244,10 @@ std::vector<std::string> defects(const Facts& facts) {
 }
 
 /// With the remarks that stand nowhere else in import.json.
-std::vector<std::string> warnings(const Facts& facts) {
-  std::vector<std::string> all = defects(facts);
-  for (const auto& [kind, texts] : facts.imported.remarks) {
-    if (kind == Remark::unmodelled && facts.imported.best.check.light != Light::green) continue;
+std::vector<std::string> warnings(const Imported& imported) {
+  std::vector<std::string> all = defects(imported);
+  for (const auto& [kind, texts] : imported.remarks) {
+    if (kind == Remark::unmodelled && imported.best.check.light != Light::green) continue;
     for (const std::string& text : texts) {
       if (kind == Remark::open && !text.starts_with("whether ")) continue;
       all.push_back(kind == Remark::undecided ? concat("The recording leaves open whether ", text, ".")
@@ -277,25 +277,24 @@ GraphComments import_comments(const Imported& imported) {
   return comments;
 }
 
-json import_json(const Facts& facts) {
-  const Imported& imported = facts.imported;
-  const tracing::System& system = facts.system;
+json import_json(const Imported& imported) {
+  const tracing::System& system = imported.system;
   const Reproduction& best = imported.best;
   const MeasuredCost delivery = measured_delivery(best.costs);
   json tried = json::array();
   for (const auto& [label, similarity] : best.tried)
     tried.push_back({{"executor", label}, {"similarity", similarity}});
-  return {{"trace", facts.options.trace},
+  return {{"trace", imported.options.trace},
           {"version", HOTPATH_VERSION},
-          {"events", facts.reading.events},
-          {"all_events", facts.reading.all_events},
-          {"duration_s", seconds_of(facts.reading.length())},
-          {"jobs", facts.jobs()},
+          {"events", imported.reading.events},
+          {"all_events", imported.reading.all_events},
+          {"duration_s", seconds_of(imported.reading.length())},
+          {"jobs", imported.jobs()},
           {"window_jobs", imported.recorded.jobs.size()},
-          {"warnings", warnings(facts)},
+          {"warnings", warnings(imported)},
           {"processes", system.processes.size()},
           {"tracetools_version", system.rcl_version},
-          {"executors", executors_json(facts)},
+          {"executors", executors_json(imported)},
           {"tried", tried},
           {"execution_times", to_string(best.graph.platform.execution_times)},
           {"delivery",
@@ -306,19 +305,18 @@ json import_json(const Facts& facts) {
             {"outliers", delivery.outliers},
             {"greatest_us", to_us(delivery.greatest)}}},
           {"deliveries", deliveries_json(system, imported.deliveries)},
-          {"tasks", tasks_json(facts)},
-          {"rules", rules_json(facts)},
-          {"left_out", left_out_json(facts)},
+          {"tasks", tasks_json(imported)},
+          {"rules", rules_json(imported)},
+          {"left_out", left_out_json(imported)},
           {"self_check", self_check_json(best.check)}};
 }
 
-void print_import(std::ostream& out, const Facts& facts, const std::filesystem::path& output) {
-  const Imported& imported = facts.imported;
+void print_import(std::ostream& out, const Imported& imported) {
   const Reproduction& best = imported.best;
   const SelfCheck& check = best.check;
   const MeasuredCost delivery = measured_delivery(best.costs);
-  std::vector<std::string> executors, light = check.reasons, uncertain = defects(facts), missing;
-  if (const std::vector<std::string> named = left_out_json(facts)["named"]; !named.empty())
+  std::vector<std::string> executors, light = check.reasons, uncertain = defects(imported), missing;
+  if (const std::vector<std::string> named = left_out_json(imported)["named"]; !named.empty())
     missing.push_back("left out: " + first_of(named, ", "));
   for (std::size_t e = 0; e < best.labels.size(); ++e) {
     const Recognition& r = imported.recognitions[e];
@@ -338,10 +336,10 @@ void print_import(std::ostream& out, const Facts& facts, const std::filesystem::
                                     chain.chain.c_str(), chain.recorded_ms.p50, chain.simulated_ms.p50,
                                     chain.median_error_percent,
                                     chain.between_modes ? ", between two modes" : ""));
-  const std::string folder = output.string(),
+  const std::string folder = imported.options.output,
                     now = best.executor.deployment ? folder + "/deployment.yaml" : best.executor.label;
   out << "Recognised: " << best.graph.nodes.size() << " nodes, " << best.tasks.set.size() << " tasks, "
-      << facts.jobs() << " jobs in " << program::fixed(seconds_of(facts.reading.length()), 1)
+      << imported.jobs() << " jobs in " << program::fixed(seconds_of(imported.reading.length()), 1)
       << " s; executors: " << first_of(executors) << "\nUncertain: " << first_of(uncertain)
       << "\nMissing: " << first_of(missing)
       << (delivery.n == 0 ? ""

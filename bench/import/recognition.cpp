@@ -142,28 +142,23 @@ class Recogniser {
     }
     if (fitted_levels) share_levels();
     Recognition result;
+    result.stated = stated;
     result.decisions = starts_.size() - half_;
     result.contested = contested_;
     if (!all_.empty()) rank(result);
-    for (Judged& judged : all_) result.ranking.push_back(std::move(judged.score));
-    result.stated = stated;
+    result.ranking = std::move(all_);
     result.verdict = stated.empty() ? verdict_of(result) : Verdict::recognised;
     return result;
   }
 
  private:
-  /// A fitted hypothesis that followed the second half of the decisions.
-  struct Judged {
-    Score score;
-    Agreement agreement;
-  };
-
-  Judged judged(Score score) const {
-    Agreement agreement = follow(set_, steps_, score.hypothesis, half_, steps_.starts);
-    score.contradictions = agreement.contradictions;
+  /// A fitted hypothesis, which follows the second half of the decisions.
+  Score judged(Score score) const {
+    score.followed = follow(set_, steps_, score.hypothesis, half_, steps_.starts);
+    score.contradictions = score.followed.contradictions;
     const double contested = static_cast<double>(std::max<std::size_t>(1, contested_));
     score.agreement = std::max(0.0, 1 - static_cast<double>(score.contradictions) / contested);
-    return {std::move(score), std::move(agreement)};
+    return score;
   }
 
   Agreement first_half(const Hypothesis& hypothesis) const {
@@ -174,21 +169,20 @@ class Recogniser {
   /// found for the others, on the first half.
   void share_levels() {
     std::set<std::vector<std::int64_t>> found;
-    for (const Judged& j : all_)
-      if (j.score.hypothesis.needs_levels()) found.insert(j.score.hypothesis.levels);
-    for (Judged& j : all_) {
-      if (!j.score.hypothesis.needs_levels()) continue;
-      Score best = j.score;
-      std::size_t least = first_half(best.hypothesis).contradictions;
-      Hypothesis other = best.hypothesis;
+    for (const Score& s : all_)
+      if (s.hypothesis.needs_levels()) found.insert(s.hypothesis.levels);
+    for (Score& s : all_) {
+      if (!s.hypothesis.needs_levels()) continue;
+      std::size_t least = first_half(s.hypothesis).contradictions;
+      Score best = s;
       for (const std::vector<std::int64_t>& levels : found) {
+        Hypothesis other = s.hypothesis;
         other.levels = levels;
         const std::size_t contradictions = first_half(other).contradictions;
-        if (contradictions >= least) continue;
-        least = contradictions;
-        best.hypothesis.levels = levels;
+        if (contradictions < least) best.hypothesis = other;
+        least = std::min(least, contradictions);
       }
-      if (best.hypothesis.levels != j.score.hypothesis.levels) j = judged(std::move(best));
+      if (best.hypothesis.levels != s.hypothesis.levels) s = judged(std::move(best));
     }
   }
 
@@ -218,22 +212,21 @@ class Recogniser {
   /// Sorts the scores by contradictions to the recording. The first one is the simplest of those
   /// that fit and that the recording does not tell apart from the best one.
   void rank(Recognition& result) {
-    std::ranges::stable_sort(all_, {}, [](const Judged& j) {
-      return std::pair(j.score.contradictions, open_choices(j.score.hypothesis));
-    });
+    std::ranges::stable_sort(
+        all_, {}, [](const Score& s) { return std::pair(s.contradictions, open_choices(s.hypothesis)); });
     compare_with_first();
-    const auto leads = [&](const Judged& j) { return is_leading(j.score, all_.front().score); };
-    const auto simplest = std::ranges::min_element(all_, {}, [&](const Judged& j) {
-      return leads(j) && j.score.agreement >= kFits ? open_choices(j.score.hypothesis) : 1000;
+    const auto leads = [&](const Score& s) { return is_leading(s, all_.front()); };
+    const auto simplest = std::ranges::min_element(all_, {}, [&](const Score& s) {
+      return leads(s) && s.agreement >= kFits ? open_choices(s.hypothesis) : 1000;
     });
     std::rotate(all_.begin(), simplest, simplest + 1);
     compare_with_first();
     const auto excluded = std::stable_partition(all_.begin(), all_.end(), leads);
     result.leading = static_cast<std::size_t>(excluded - all_.begin());
-    const double best = all_.front().score.agreement;
-    for (Judged& j : std::span(all_).first(result.leading))
-      j.score.unlikely = j.score.margin >= kDecisive && !notices_unseen(j.score.hypothesis, best);
-    const std::vector<Of>& of_best = all_.front().agreement.decisions;
+    const Score& best = all_.front();
+    for (Score& s : std::span(all_).first(result.leading))
+      s.unlikely = s.margin >= kDecisive && !notices_unseen(s.hypothesis, best.agreement);
+    const std::vector<Of>& of_best = best.followed.decisions;
     for (std::size_t d = half_; d < of_best.size() && result.breaks.empty(); ++d)
       if (of_best[d] == Of::no)
         result.breaks = program::text("at %.1f ms, when %s ran", to_ms(starts_[d]->at - graph_.epoch),
@@ -241,9 +234,10 @@ class Recogniser {
   }
 
   void compare_with_first() {
-    const Agreement& best = all_.front().agreement;
-    const double noise = std::clamp(1 - all_.front().score.agreement, kLeastNoise, kMostNoise);
-    for (auto& [score, other] : all_) {
+    const Agreement& best = all_.front().followed;
+    const double noise = std::clamp(1 - all_.front().agreement, kLeastNoise, kMostNoise);
+    for (Score& score : all_) {
+      const Agreement& other = score.followed;
       std::set<std::pair<TaskId, TaskId>> kinds;
       score.against = score.in_favour = score.plain_against = score.plain_in_favour = 0;
       for (std::size_t d = half_; d < best.decisions.size(); ++d) {
@@ -266,7 +260,7 @@ class Recogniser {
   const std::size_t half_;
   std::vector<const RecordedStep*> starts_;
   std::size_t contested_ = 0;  // of the judged half
-  std::vector<Judged> all_;
+  std::vector<Score> all_;
 };
 
 /// Repeatedly takes the item that the remaining items precede least; of equals the first one.

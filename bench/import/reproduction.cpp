@@ -179,42 +179,38 @@ struct Way {
 
   /// The recorded threads. A trace has no policies: fifo stands for threads that preempted others.
   Deployment recorded_deployment(const Displacement& displacement) const {
+    const bool several_processes = recorded.system.processes.size() > 1;
+    const auto most = std::min<std::int64_t>(recorded.cores, kMaxProcessor + 1);
     Deployment deployment;
     deployment.name = "recorded";
     deployment.file = found.deployment_file;
-    deployment.processes.clear();
+    std::vector<std::string>& processes = deployment.processes;
+    processes.clear();
     std::vector<std::uint32_t> place(labels.size());
     for (std::uint32_t e = 0; e < place.size(); ++e) {
       if (std::ranges::count(executor_of, e) == 0) continue;
       place[e] = static_cast<std::uint32_t>(deployment.executors.size());
-      deployment.executors.push_back(deployed(e, displacement, deployment.processes));
+      const RecordedExecutor& of = recorded.executors[e];
+      DeployedExecutor& executor = deployment.executors.emplace_back();
+      executor.name = of.name;
+      executor.executor = labels[e];
+      std::set<std::int32_t> processors;
+      int level = timer_thread == TimerThread::equal ? 1 : 0;
+      for (const std::uint32_t t : of.threads) {
+        processors.insert(displacement.processors[t].begin(), displacement.processors[t].end());
+        level = std::max(level, displacement.level[t]);
+      }
+      if (level > 0) executor.policy = {ThreadPolicy::Class::fifo, 10 * level};
+      if (!processors.empty() && processors.size() < recorded.cores && *processors.begin() >= 0 &&
+          *processors.rbegin() < most)
+        executor.processors.assign(processors.begin(), processors.end());
+      const std::string process = several_processes ? std::to_string(of.process) : "";
+      if (std::ranges::count(processes, process) == 0) processes.push_back(process);
+      executor.process =
+          static_cast<std::uint32_t>(std::ranges::find(processes, process) - processes.begin());
     }
     for (const std::uint32_t e : executor_of) deployment.executor_of.push_back(place[e]);
     return deployment;
-  }
-
-  DeployedExecutor deployed(std::uint32_t e, const Displacement& displacement,
-                            std::vector<std::string>& processes) const {
-    const RecordedExecutor& of = recorded.executors[e];
-    DeployedExecutor executor;
-    executor.name = of.name;
-    executor.executor = labels[e];
-    std::set<std::int32_t> processors;
-    int level = timer_thread == TimerThread::equal ? 1 : 0;
-    for (const std::uint32_t t : of.threads) {
-      processors.insert(displacement.processors[t].begin(), displacement.processors[t].end());
-      level = std::max(level, displacement.level[t]);
-    }
-    if (level > 0) executor.policy = {ThreadPolicy::Class::fifo, 10 * level};
-    const auto most = std::min<std::int64_t>(recorded.cores, kMaxProcessor + 1);
-    const bool bound = !processors.empty() && processors.size() < recorded.cores &&
-                       *processors.begin() >= 0 && *processors.rbegin() < most;
-    if (bound) executor.processors.assign(processors.begin(), processors.end());
-    const bool several = recorded.system.processes.size() > 1;
-    const std::string process = several ? std::to_string(of.process) : "";
-    if (std::ranges::count(processes, process) == 0) processes.push_back(process);
-    executor.process = static_cast<std::uint32_t>(std::ranges::find(processes, process) - processes.begin());
-    return executor;
   }
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/self_check.hpp"
+#include "import/stages.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -28,33 +28,37 @@ void set_phases(RecordedGraph& graph, RecordedTimers& timers) {
   graph.tasks = make_tasks(graph.graph);
 }
 
-/// The name that an executor gives itself, if hotpath knows it, and its hypothesis, with its levels.
-std::pair<std::string, std::vector<Hypothesis>> stated_executor(const RecordedSystem& recorded,
-                                                                const RecordedGraph& graph,
-                                                                const RecordedExecutor& executor,
-                                                                const RecordedSteps& steps) {
-  for (const tracing::StatedExecutor& stated : recorded.system.stated_executors) {
+/// The executors that can have run these threads; with its name only the one as which they state themselves,
+/// if hotpath knows it, with its levels.
+std::pair<std::string, std::vector<Hypothesis>> possible_executors(const RecordedSystem& recorded,
+                                                                   const RecordedGraph& graph,
+                                                                   const RecordedExecutor& executor,
+                                                                   const RecordedSteps& steps) {
+  const tracing::System& system = recorded.system;
+  const RosDistros releases = releases_of(system.rcl_version);
+  for (const tracing::StatedExecutor& stated : system.stated_executors) {
     if (!executor.is(stated)) continue;
     try {
       const setup::ExecutorSpec spec = setup::parse_executor(stated.name, {});
       // It emits no waits; an executor of rclcpp may have waited on its thread before.
-      std::vector<Hypothesis> possible =
-          possible_hypotheses(steps, false, releases_of(recorded.system.rcl_version));
+      std::vector<Hypothesis> possible = possible_hypotheses(steps, false, releases);
       std::erase_if(possible, [&](const Hypothesis& h) {
         return h.entry != spec.entry || h.options.rule != spec.scheduler.rule ||
                h.options.ties != spec.scheduler.ties;
       });
-      for (Hypothesis& hypothesis : possible) {
-        if (!hypothesis.needs_levels()) continue;
-        hypothesis.levels.assign(graph.tasks.set.size(), kLast);
-        for (const auto& [callback, level] : stated.levels)
-          if (graph.task_of[callback] != kNoTask) hypothesis.levels[graph.task_of[callback]] = level;
-      }
+      if (possible.empty()) break;
+      Hypothesis& only = possible.front();
+      if (only.needs_levels()) only.levels.assign(graph.tasks.set.size(), kLast);
+      for (const auto& [callback, level] : stated.levels)
+        if (only.needs_levels() && graph.task_of[callback] != kNoTask)
+          only.levels[graph.task_of[callback]] = level;
       return {stated.name, std::move(possible)};
     } catch (const program::UsageError&) {  // of a later version
     }
   }
-  return {};
+  const bool waits =
+      std::ranges::any_of(executor.threads, [&](std::uint32_t t) { return system.threads[t].waits > 0; });
+  return {"", possible_hypotheses(steps, waits, releases)};
 }
 
 Interpretation interpret(const RecordedSystem& recorded, const CtfOptions& options,
@@ -77,18 +81,13 @@ Interpretation interpret(const RecordedSystem& recorded, const CtfOptions& optio
 
 /// Compares the possible executors of each group of threads with its decisions, unless one describes itself.
 std::vector<Recognition> recognise_executors(const RecordedSystem& recorded, const Interpretation& found) {
-  const tracing::System& system = recorded.system;
   const RecordedRows rows = recorded_rows(recorded, found.graph, found.timers, found.timers.released);
   const RecordedWindow window{recorded.jobs, rows.jobs};
   std::vector<Recognition> recognitions;
   for (const RecordedExecutor& executor : recorded.executors) {
     const RecordedSteps steps = recorded_steps(found.graph, window, recorded.lost, executor, kTried);
-    const bool waits =
-        std::ranges::any_of(executor.threads, [&](std::uint32_t t) { return system.threads[t].waits > 0; });
-    auto [name, possible] = stated_executor(recorded, found.graph, executor, steps);
-    if (possible.size() != 1) name.clear();
-    if (possible.empty()) possible = possible_hypotheses(steps, waits, releases_of(system.rcl_version));
-    recognitions.push_back(recognise(system, found.graph, steps, possible, name));
+    const auto [name, possible] = possible_executors(recorded, found.graph, executor, steps);
+    recognitions.push_back(recognise(recorded.system, found.graph, steps, possible, name));
   }
   return recognitions;
 }
@@ -177,11 +176,19 @@ std::pair<double, std::string> effect_of(const Reproduction& best, const Reprodu
   return {most, largest};
 }
 
-/// Who calls the services of which that is open, as phrases with what it changes in the chains without
-/// services. `read`: interprets another reading.
-std::vector<std::string> open_callers(const Imported& all, const auto& read) {
+/// Notes what is open about services and about the graph, with what the other readings change in the chains;
+/// those through services only exist in the first reading.
+void add_readings(Imported& all, Shown shown) {
   const RecordedSystem& recorded = all.recorded;
   const Reproduction& best = all.best;
+  std::vector<std::string>& open = all.remarks[Remark::open];
+  CtfOptions plain = all.options;
+  plain.chains.clear();  // which the other graph may not have
+  const auto effect = [&](const RecordedSystem& of, const std::vector<Chain>& chains) {
+    Interpretation other = interpret(of, plain, all.deliveries, shown);
+    other.graph.graph.chains = chains;
+    return effect_of(best, reproduce(of, other, best.labels));
+  };
   std::vector<Chain> chains = best.graph.chains;
   std::erase_if(chains, [&](const Chain& chain) {
     return std::ranges::any_of(best.tasks.set.tasks, [&](const Task& task) {
@@ -189,52 +196,44 @@ std::vector<std::string> open_callers(const Imported& all, const auto& read) {
       return called && std::ranges::count(chain.nodes, task.name) > 0;
     });
   });
-  std::vector<std::string> open;
   for (std::size_t s = 0; s < recorded.open.size(); ++s) {
     const OpenService& service = recorded.open[s];
     std::pair<double, std::string> most{-2, ""};
-    for (std::size_t c = 1; c < service.callers.size(); ++c) {
-      const RecordedSystem other = recorded.with_caller(s, c);
-      Interpretation second = read(other);
-      second.graph.graph.chains = chains;
-      most = std::max(most, effect_of(best, reproduce(other, second, best.labels)));
-    }
+    for (std::size_t c = 1; c < service.callers.size(); ++c)
+      most = std::max(most, effect(recorded.with_caller(s, c), chains));
     open.push_back(program::concat("whether the requests to ", recorded.system.topics[service.topic].name,
                                    " come from ", program::joined(service.callers, ", or "), " (undecided)",
                                    most.second));
   }
-  return open;
+  const std::vector<std::string>& what = all.remarks[Remark::undecided];
+  if (what.empty()) return;
+  shown.other = true;
+  open.push_back(program::concat("whether ", what.front(),
+                                 what.size() > 1 ? program::concat(", and ", what.size() - 1, " more") : "",
+                                 effect(recorded, best.graph.chains).second));
 }
 
-/// Executors of the same class that the recording does not tell from this one: rclcpp's generations.
-std::vector<std::string> other_generations(const Recognition& recognition, const std::string& label) {
-  const auto leaders = std::span(recognition.ranking).first(recognition.leading);
-  const ExecutorEntry* const entry = setup::parse_executor(label, {}).entry;
-  std::vector<std::string> others;
-  for (const Score& score : leaders) {
-    const ExecutorEntry* const other = score.hypothesis.entry;
-    if (other != entry && are_of_one_design(*other, *entry)) others.push_back(score.hypothesis.label);
-  }
-  return others;
-}
-
-/// What the recording leaves open about the executors that the user did not name, as phrases.
+/// What the recording leaves open about the executors that the user did not name, as phrases: none is known,
+/// or it does not tell generations of one class of rclcpp.
 std::vector<std::string> open_executors(const Imported& all) {
   std::vector<std::string> open;
   for (std::size_t e = 0; e < all.recognitions.size(); ++e) {
     if (all.given[e] || all.found.deployment) continue;
+    const Recognition& recognition = all.recognitions[e];
     const std::string &name = all.recorded.executors[e].name, &label = all.best.labels[e];
-    const Verdict verdict = all.recognitions[e].verdict;
-    if (verdict == Verdict::undecided || verdict == Verdict::none_fits)
-      open.push_back(
-          program::concat("the executor of ", name, " (", to_string(verdict), ", simulated as ", label, ")"));
+    if (recognition.verdict == Verdict::undecided || recognition.verdict == Verdict::none_fits)
+      open.push_back(program::concat("the executor of ", name, " (", to_string(recognition.verdict),
+                                     ", simulated as ", label, ")"));
+    const ExecutorEntry* const entry = setup::parse_executor(label, {}).entry;
     std::string which = program::concat("whether ", name, " is ", label);
     std::pair<double, std::string> most{-2, ""};
-    for (const std::string& other : other_generations(all.recognitions[e], label)) {
+    for (const Score& score : std::span(recognition.ranking).first(recognition.leading)) {
+      const Hypothesis& other = score.hypothesis;
+      if (other.entry == entry || !are_of_one_design(*other.entry, *entry)) continue;
       std::vector<std::string> labels = all.best.labels;
-      labels[e] = other;
+      labels[e] = other.label;
       most = std::max(most, effect_of(all.best, reproduce(all.recorded, all.found, labels)));
-      which += program::concat(" or ", other, " (--executors ", other, ")");
+      which += program::concat(" or ", other.label, " (--executors ", other.label, ")");
     }
     if (!most.second.empty()) open.push_back(which + most.second);
   }
@@ -244,50 +243,41 @@ std::vector<std::string> open_executors(const Imported& all) {
 }  // namespace
 
 Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
-  const RecordedDeliveries created = created_deliveries(recorded.system);
-  Interpretation first = interpret(recorded, options, created);
-  if (recorded.executors.empty())
+  Imported all;
+  all.recorded = std::move(recorded);
+  all.options = options;
+  all.deliveries = created_deliveries(all.recorded.system);
+  all.found = interpret(all.recorded, options, all.deliveries);
+  if (all.recorded.executors.empty())
     throw program::UsageError("the trace shows no executor: record it from the start of the nodes on");
-  std::vector<Recognition> recognitions = recognise_executors(recorded, first);
-  const ChosenExecutors chosen = choose_executors(recognitions, first.graph, options.executors);
+  all.recognitions = recognise_executors(all.recorded, all.found);
+  const ChosenExecutors chosen = choose_executors(all.recognitions, all.found.graph, options.executors);
+  all.given = chosen.given;
   const Family family = setup::parse_executor(chosen.labels.front(), {}).entry->traits.family;
-  auto [deliveries, more] = with_started_deliveries(created, recorded.jobs, family, recorded.executor_of);
+  const bool more =
+      add_started_deliveries(all.deliveries, all.recorded.jobs, family, all.recorded.executor_of);
   Shown shown{{}, chosen.priorities};
-  if (!chosen.order.empty()) shown.order = service_order(recorded.system, first.graph, chosen.order);
-  const bool rearranged = more || !chosen.order.empty() || !chosen.priorities.empty();
-  Interpretation found = rearranged ? interpret(recorded, options, deliveries, shown) : first;
-  Reproduction reproduced = reproduce(recorded, found, chosen.labels);
-  Remarks marked = found.graph.remarks;
-  marked[Remark::fitted] = fitted(chosen, recognitions);
-  marked[Remark::delivery] = delivery_notes(recorded.system, deliveries);
-  marked[Remark::unmodelled] = unmodelled(recorded.system, found.graph);
-  Imported all{std::move(recorded), std::move(recognitions), chosen.given,     std::move(deliveries),
-               std::move(found),    std::move(reproduced),   std::move(marked)};
-  Reproduction& best = all.best;
-  Remarks& remarks = all.remarks;
-  remarks[Remark::open] = open_executors(all);
+  if (!chosen.order.empty()) shown.order = service_order(all.recorded.system, all.found.graph, chosen.order);
+  if (more || !chosen.order.empty() || !chosen.priorities.empty())
+    all.found = interpret(all.recorded, options, all.deliveries, shown);
+  all.best = reproduce(all.recorded, all.found, chosen.labels);
+  all.remarks = all.found.graph.remarks;
+  all.remarks[Remark::fitted] = fitted(chosen, all.recognitions);
+  all.remarks[Remark::delivery] = delivery_notes(all.recorded.system, all.deliveries);
+  all.remarks[Remark::unmodelled] = unmodelled(all.recorded.system, all.found.graph);
+  all.remarks[Remark::open] = open_executors(all);
+  SelfCheck& check = all.best.check;
   for (std::size_t e = 0; e < all.recognitions.size(); ++e)
     if (!chosen.given[e] && all.recognitions[e].verdict == Verdict::none_fits)
-      best.check.doubt(program::concat(all.recorded.executors[e].name,
-                                       " is left out of the recognition, and simulated as ", chosen.labels[e],
-                                       ". ", sentence(all.recognitions[e])));
-  CtfOptions plain = options;
-  plain.chains.clear();  // which the other graph may not have
-  const auto read = [&](const RecordedSystem& of) { return interpret(of, plain, all.deliveries, shown); };
-  std::ranges::move(open_callers(all, read), std::back_inserter(remarks[Remark::open]));
-  if (const std::vector<std::string>& what = remarks[Remark::undecided]; !what.empty()) {
-    shown.other = true;
-    Interpretation other = read(all.recorded);
-    other.graph.graph.chains = best.graph.chains;
-    remarks[Remark::open].push_back(program::concat(
-        "whether ", what.front(), what.size() > 1 ? program::concat(", and ", what.size() - 1, " more") : "",
-        effect_of(best, reproduce(all.recorded, other, chosen.labels)).second));
-  }
-  if (best.slices.unexplained > 0) best.check.doubt(unexplained_sentence(best.slices));
-  if (best.slices.threads > 0)
-    remarks[Remark::unmodelled].push_back(sentence(best.slices, all.found.graph.epoch));
-  if (best.check.light != Light::green)  // they may explain a deviation
-    std::ranges::copy(remarks[Remark::unmodelled], std::back_inserter(best.check.reasons));
+      check.doubt(program::concat(all.recorded.executors[e].name,
+                                  " is left out of the recognition, and simulated as ", chosen.labels[e],
+                                  ". ", sentence(all.recognitions[e])));
+  add_readings(all, shown);
+  if (all.best.slices.unexplained > 0) check.doubt(unexplained_sentence(all.best.slices));
+  if (all.best.slices.threads > 0)
+    all.remarks[Remark::unmodelled].push_back(sentence(all.best.slices, all.found.graph.epoch));
+  if (check.light != Light::green)  // they may explain a deviation
+    std::ranges::copy(all.remarks[Remark::unmodelled], std::back_inserter(check.reasons));
   return all;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/delivery_orders.hpp"
+#include "import/recorded_graph.hpp"
 
 #include <gmock/gmock.h>
 
@@ -98,13 +98,14 @@ TEST(DeliveryOrders, TheOrderOfStartsCountsWhereSamplesAreQueuedByArrival) {
   const imports::RecordedDeliveries created = process.deliveries();
   const std::vector<std::uint32_t> one_executor = {0, 0}, two_executors = {0, 1};
   const auto adds = [&](std::span<const tracing::Job> of, Family family, const auto& executors) {
-    return with_started_deliveries(created, of, family, executors).second;
+    imports::RecordedDeliveries all = created;
+    return add_started_deliveries(all, of, family, executors);
   };
   EXPECT_FALSE(adds(std::span(jobs).subspan(6, 4), Family::events, one_executor)) << "no majority";
   EXPECT_FALSE(adds(jobs, Family::priority_events, one_executor));
   EXPECT_FALSE(adds(jobs, Family::events, two_executors));
-  const auto [deliveries, more] = with_started_deliveries(created, jobs, Family::events, one_executor);
-  EXPECT_TRUE(more);
+  imports::RecordedDeliveries deliveries = created;
+  EXPECT_TRUE(add_started_deliveries(deliveries, jobs, Family::events, one_executor));
   const imports::RecordedDelivery& delivery = deliveries.begin()->second;
   EXPECT_EQ(delivery.source, imports::DeliverySource::starts);
   EXPECT_THAT(delivery.subscriptions, ElementsAre(1, 0));

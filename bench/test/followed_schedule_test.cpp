@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 
 #include "hotpath/core/platform.hpp"
-#include "import/hypothesis.hpp"
 #include "import/recognition.hpp"
 #include "recorded.hpp"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "hotpath/core/registry.hpp"
-#include "import/hypothesis.hpp"
+#include "import/recognition.hpp"
 
 namespace hotpath {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A recorded system against the simulation of its graph.
-#include "import/self_check.hpp"
+#include "import/stages.hpp"
 
 #include <gtest/gtest.h>
 

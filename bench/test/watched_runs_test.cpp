@@ -12,8 +12,8 @@
 
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
-#include "import/hypothesis.hpp"
-#include "import/run_events.hpp"
+#include "import/import_ctf.hpp"
+#include "import/recognition.hpp"
 #include "program/text.hpp"
 #include "properties.hpp"
 #include "random_systems.hpp"
