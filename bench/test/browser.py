@@ -16,19 +16,20 @@ WEB = Path(__file__).resolve().parents[1] / "hotpath_report" / "web"
 AXE = WEB / "node_modules" / "axe-core" / "axe.min.js"
 WAIT_S = 30
 MISSING = "left out: {} is missing; install it with launch_scripts/setup.sh test"
-# Moves along the curves with the keyboard and reads the tooltip at each probability.
+# Moves along curves with the keyboard and reads the tooltip at each position.
 READ_CURVES = """
-const plot = document.querySelector('.ecdf .plot'), found = [];
+const place = document.querySelector(arguments[0]), plot = place.querySelector('.plot'), found = [];
 const press = (key) => plot.dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true}));
 plot.focus();
 press('Home');
-for (let k = 0; k < 300; ++k) {
-  const rows = [...document.querySelectorAll('.ecdf .tip tr')];
-  for (const row of rows) found.push([Number(row.dataset.series), Number(row.dataset.q), row.innerText]);
-  if (rows.some((row) => row.dataset.q === '1')) break;
-  press('ArrowUp');
+for (let last = null; ;) {
+  const tip = place.querySelector('.tip').innerText;
+  if (tip === last) return found;
+  for (const row of place.querySelectorAll('.tip tr'))
+    found.push([Number(row.dataset.series), row.querySelector('th').innerText, Number(row.dataset.x), row.innerText]);
+  last = tip;
+  press('ArrowRight');
 }
-return found;
 """
 READ_LIST = """
 return {head: document.querySelector('.outputs [role=status]').innerText,
@@ -152,11 +153,15 @@ class Browser:
         """What the timeline shows."""
         return self.run(READ_TIMELINE)
 
+    def tooltips(self, selector: str) -> Any:
+        """[number of the series, label, position, text] at each position of the curves in an element."""
+        return self.run(READ_CURVES, selector)
+
     def curves(self) -> list[tuple[Any, float, float]]:
-        """(series, probability, ms) at each step along the curves."""
+        """(series, probability, ms) at each step along the distributions."""
         series = self.run("return hotpathPage.store.document.series")
         found = []
-        for number, q, text in self.run(READ_CURVES):
+        for number, _, q, text in self.tooltips(".ecdf"):
             value = re.search(r"([\d.]+) ms", text)
             assert value is not None, text
             found.append((series[number], q, float(value[1])))

@@ -387,6 +387,6 @@ class Page(CommandTest):
         self.assertIn(f"The timeline holds {sum(kept)} of {started} jobs", note)
         # The worst outputs have all of their jobs, and the end of the run has a sentence.
         self.check_output(browser, run, "hot_path", 0)
-        browser.run("hotpathPage.timeline.look(7.5e10, 7.6e10)")
+        browser.run("hotpathPage.timeline.view.look(7.5e10, 7.6e10)")
         self.assertIn("leaves out these jobs", browser.text(".timeline"))
         self.assertLess(self.page_of("long").stat().st_size, 6e6)

@@ -12,21 +12,6 @@ import package
 from browser import Browser, opened
 from hotpath_command import CommandTest, RunFolder, csv_rows, document
 
-# Moves along the curves with the keyboard and reads the tooltip at each position.
-READ_PLOT = """
-const plot = document.querySelector('.plots .plot'), found = [];
-const press = (key) => plot.dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true}));
-plot.focus();
-press('Home');
-for (let last = null; ;) {
-  const rows = [...document.querySelectorAll('.plots .tip tr')];
-  const head = document.querySelector('.plots .tip b').innerText;
-  if (head === last) return found;
-  for (const r of rows) found.push([r.querySelector('th').innerText, Number(r.dataset.x), r.innerText]);
-  last = head;
-  press('ArrowRight');
-}
-"""
 SWEEP = """command: simulate
 repetitions: 3
 fixed: {graph: autoware, duration: 2, warm-up: 0, executors: [default, rm-ro], phases: random}
@@ -43,11 +28,6 @@ MEASURES: dict[str, tuple[str, Callable[[list[float]], float]]] = {
 ADVISE = ("advise", "autoware", "--cores", 2, "--repetitions", 2, "--duration", 2)
 
 
-def values(rows: list[Any]) -> dict[tuple[str, float], float]:
-    """{(executor, x): value} of READ_PLOT."""
-    return {(name, x): float(text.split("\t")[2]) for name, x, text in rows}
-
-
 class Curves(CommandTest):
     """Sweeps and searches for a capacity, which write their pages."""
 
@@ -57,7 +37,8 @@ class Curves(CommandTest):
 
     def check_plot(self, browser: Browser, title: str, expected: dict[tuple[str, float], float]) -> None:
         browser.choose("curves-of", title)
-        found = values(browser.run(READ_PLOT))
+        tips = browser.tooltips(".plots")
+        found = {(name, x): float(text.split("\t")[2]) for _, name, x, text in tips}
         self.assertEqual(set(found), set(expected), title)
         for key, value in expected.items():
             self.assertAlmostEqual(found[key], value, delta=0.00051, msg=f"{title} {key}")
@@ -79,13 +60,13 @@ class Curves(CommandTest):
         # An interval encloses its value, and the figure of the same lines is not shown twice.
         interval = re.compile(r"([\d.]+)\t ?\[([\d.]+), ([\d.]+)\]")
         browser.choose("curves-of", next(iter(MEASURES)))
-        for _, _, text in browser.run(READ_PLOT):
+        for *_, text in browser.tooltips(".plots"):
             value, low, high = map(float, interval.search(text).groups())  # type: ignore[union-attr]
             self.assertTrue(low <= value <= high)
         self.assertFalse(browser.run("return document.getElementById('sweep_lines') !== null"))
         box = "document.querySelector('.plots .legend input').click()"
         browser.run(box)
-        self.assertEqual({name for name, _, _ in browser.run(READ_PLOT)}, {"rm-ro"})
+        self.assertEqual({name for _, name, *_ in browser.tooltips(".plots")}, {"rm-ro"})
         self.assertEqual(browser.violations(), [])
 
     def test_of_a_capacity(self) -> None:

@@ -1,152 +1,138 @@
 // SPDX-License-Identifier: Apache-2.0
-// Curves with intervals over a quantity, such as a latency over the load, and what all curves share.
+// What all plots share, and all curves that are read by mouse or keyboard.
 
 import uPlot from "uplot";
-import type { Look, Plot } from "./data";
-import { h, onTheme, onWidth, swatch, theme } from "./dom";
+import type { Line } from "./data";
+import { h, onLook, swatch, theme, type Attributes } from "./dom";
 
 /** An axis in the colours of the page's theme. */
 export function axis(more: uPlot.Axis): uPlot.Axis {
   return { stroke: theme("faint"), grid: { stroke: theme("grid"), width: 1 }, ticks: { show: false }, ...more };
 }
 
-/** uPlot's series for lines of three columns each: value, low and high of its interval. */
-export function withIntervals(lines: Look[], point: number): { series: uPlot.Series[]; bands: uPlot.Band[] } {
-  const end = { scale: "y", stroke: "transparent", width: 0, points: { show: false }, spanGaps: true };
-  const series = lines.flatMap(({ label, colour, dash }): uPlot.Series[] => [
-    { ...end, label, stroke: colour, dash, width: 2, points: { show: point > 0, size: point, fill: colour } }, end, end,
-  ]);
-  return { series: [{}, ...series], bands: lines.map(({ colour }, i) => ({ series: [3 * i + 3, 3 * i + 2], fill: `${colour}38` })) };
+/** Labels of an axis. */
+export function numbers(_: uPlot, at: (number | null)[]): string[] {
+  return at.map((v) => (v === null ? "" : String(Number(v.toPrecision(6)))));
 }
 
-/** A box for each line, to switch it on and off. */
-export function legend(lines: { look: Look; more: string; data: Record<string, number> }[], visible: Set<number>, changed: () => void): HTMLElement[] {
-  return lines.map(({ look, more, data }) => {
-    const toggle = (): void => {
-      if (!visible.delete(data["data-series"])) visible.add(data["data-series"]);
-      changed();
-    };
-    const box = h("input", { type: "checkbox", checked: visible.has(data["data-series"]), change: toggle });
-    return h("label", data, box, swatch(look.colour, look.dash), h("span", {}, look.label), h("span", { class: "faint" }, more));
-  });
-}
+type Content = Omit<uPlot.Options, "width" | "height"> & { height?: number; data: uPlot.AlignedData };
 
-/** A row of a tooltip. */
-export function valueRow(look: Look, text: string, low: number | null, high: number | null, data: Record<string, number>): HTMLElement {
-  const interval = low === null || high === null ? "" : ` [${low.toFixed(3)}, ${high.toFixed(3)}]`;
-  return h("tr", data, h("td", {}, swatch(look.colour, look.dash)), h("th", { scope: "row" }, look.label), h("td", {}, text), h("td", {}, interval));
-}
-
-/** A plot whose curves are read by mouse or keyboard: `describe` writes the tooltip of a position of the axis. */
-export abstract class Readable {
+/** A plot, drawn again when its width or the theme changes. */
+export abstract class Chart {
   protected readonly plotted: HTMLElement;
-  protected readonly tip = h("div", { class: "tip", role: "status", "aria-live": "polite", hidden: true });
-  readonly keys: HTMLElement;
   protected plot: uPlot | undefined;
+
+  constructor(attributes: Attributes) {
+    this.plotted = h("div", { class: "plot", ...attributes });
+    onLook(this.plotted, () => this.plot?.width, () => this.draw());
+  }
+
+  /** What to draw, unless it is nothing. */
+  protected abstract content(): Content | null;
+
+  draw(): void {
+    this.plot?.destroy();
+    this.plot = undefined;
+    const width = Math.floor(this.plotted.clientWidth);
+    const content = width > 0 && this.content();
+    if (!content) return;
+    const cursor = { drag: { x: false, y: false }, points: { show: false }, ...content.cursor };
+    this.plot = new uPlot({ width, height: 340, legend: { show: false }, ...content, cursor }, content.data, this.plotted);
+  }
+}
+
+/** A curve, with the number and the text that its entry in the legend has. */
+export interface Curve extends Line {
+  series: number; more: string;
+}
+
+export abstract class Curves extends Chart {
+  readonly legend = h("fieldset", { class: "legend" });
+  readonly visible = new Set<number>(); // series that are switched on
+  readonly keys: HTMLElement;
+  protected readonly holder: HTMLElement;
+  protected shown: Curve[] = [];
+  protected x: number[] = []; // all positions of the shown curves
   protected index = -1; // of the position under the cursor
+  private readonly tip = h("div", { class: "tip", role: "status", "aria-live": "polite", hidden: true });
+  private all: Curve[] = [];
 
-  constructor(kind: string, id: string, keys: string) {
-    this.plotted = h("div", { class: "plot", tabindex: 0, role: "application", "aria-roledescription": kind, "aria-describedby": id });
+  constructor(kind: string, id: string, keys: string, private readonly unit: string) {
+    super({ tabindex: 0, role: "application", "aria-roledescription": kind, "aria-describedby": id });
     this.keys = h("p", { id, class: "faint small" }, keys);
+    this.holder = h("div", { class: "holder" }, this.plotted, this.tip);
     this.plotted.addEventListener("keydown", (event) => this.key(event));
-    onWidth(this.plotted, () => this.plot?.width, () => this.draw());
-    onTheme(() => this.draw());
   }
 
-  protected get box(): HTMLElement {
-    return h("div", { class: "holder" }, this.plotted, this.tip);
-  }
-
-  protected abstract draw(): void;
-  protected abstract length(): number;
-  protected abstract describe(index: number): void;
+  /** Names a position of the axis. */
+  protected abstract head(x: number): string;
+  protected abstract switched(): void;
   protected enter(): void {}
 
-  protected tell(index: number, head: string, rows: (Node | null)[]): void {
+  /** Takes over curves, and makes a box for each that switches it on and off. */
+  protected offer(all: Curve[]): void {
+    this.all = all;
+    const boxes = all.map(({ series, more, ...look }) => {
+      const toggle = (): void => {
+        if (!this.visible.delete(series)) this.visible.add(series);
+        this.switched();
+      };
+      const box = h("input", { type: "checkbox", checked: this.visible.has(series), change: toggle });
+      return h("label", { "data-series": series }, box, swatch(look), h("span", {}, look.label), h("span", { class: "faint" }, more));
+    });
+    this.legend.replaceChildren(h("legend", { class: "hidden" }, "Executors"), ...boxes);
+  }
+
+  draw(): void {
+    this.shown = this.all.filter((curve) => this.visible.has(curve.series));
+    this.x = [...new Set(this.shown.flatMap((curve) => curve.x))].sort((a, b) => a - b);
+    this.index = -1;
+    this.tip.hidden = true;
+    super.draw();
+  }
+
+  /** What is drawn: value, low and high of each curve's interval, over the places of x on the axis. */
+  protected drawn(point: number, place: (x: number) => number = (x) => x): Pick<uPlot.Options, "series" | "bands" | "hooks"> & { data: uPlot.AlignedData } {
+    const columns = [[this.x.map(place)], ...this.shown.map((c) => [c.x.map(place), c.value, c.low, c.high])];
+    const data = uPlot.join(columns as uPlot.AlignedData[]).map((column) => Array.from(column, (value) => value ?? null));
+    const end = { scale: "y", stroke: "transparent", width: 0, points: { show: false }, spanGaps: true };
+    const series = this.shown.flatMap(({ label, colour, dash }): uPlot.Series[] => [
+      { ...end, label, stroke: colour, dash, width: 2, points: { show: point > 0, size: point, fill: colour } }, end, end,
+    ]);
+    const bands = this.shown.map(({ colour }, i): uPlot.Band => ({ series: [3 * i + 3, 3 * i + 2], fill: `${colour}38` }));
+    return { data: data as uPlot.AlignedData, series: [{}, ...series], bands, hooks: { setCursor: [(u) => this.hover(u)] } };
+  }
+
+  /** The curves that have a value at a position. */
+  protected at(index: number): { curve: Curve; k: number }[] {
+    return this.shown.map((curve) => ({ curve, k: curve.x.indexOf(this.x[index]) })).filter(({ k }) => k >= 0);
+  }
+
+  /** Writes value and interval of each curve at a position. */
+  private describe(index: number): void {
     this.index = index;
-    this.tip.replaceChildren(h("b", {}, head), h("table", {}, h("tbody", {}, ...rows)));
+    const rows = this.at(index).map(({ curve: { series, label, value, ...c }, k }) => {
+      const [low, high] = [c.low[k], c.high[k]];
+      const interval = low === null || high === null ? "" : ` [${low.toFixed(3)}, ${high.toFixed(3)}]`;
+      return h("tr", { "data-series": series, "data-x": this.x[index] }, h("td", {}, swatch(c)), h("th", { scope: "row" }, label),
+        h("td", {}, value[k].toFixed(3) + this.unit), h("td", {}, interval));
+    });
+    this.tip.replaceChildren(h("b", {}, this.head(this.x[index])), h("table", {}, h("tbody", {}, ...rows)));
     this.tip.hidden = false;
   }
 
-  protected hover(u: uPlot): void {
-    const { left, idx } = u.cursor;
-    if (left !== undefined && left >= 0 && typeof idx === "number") this.describe(idx);
+  private hover({ cursor: { left = -1, idx } }: uPlot): void {
+    if (left >= 0 && typeof idx === "number") this.describe(idx);
     else if (document.activeElement !== this.plotted) this.tip.hidden = true;
   }
 
   private key(event: KeyboardEvent): void {
-    const last = this.length() - 1;
+    const last = this.x.length - 1;
     const [on, back] = [Math.min(last, this.index + 1), Math.max(0, this.index - 1)];
     const to: Record<string, number> = { ArrowUp: on, ArrowRight: on, ArrowDown: back, ArrowLeft: back, Home: 0, End: last };
     if (event.key in to) this.describe(to[event.key]);
     else if (event.key === "Enter" && this.index >= 0) this.enter();
     else return;
     event.preventDefault();
-  }
-}
-
-export class Plots extends Readable {
-  readonly element = h("section", { class: "plots", "aria-label": "Curves" });
-  private readonly choice = h("select", { id: "curves-of" });
-  private readonly lines = h("fieldset", { class: "legend" });
-  private readonly visible = new Set<number>();
-  private x: number[] = [];
-
-  constructor(private readonly plots: Plot[]) {
-    super("curves", "plot-keys", "Hover to read values and 95 % intervals; on the keyboard, left and right move along the curves.");
-    this.choice.append(...plots.map((p, i) => h("option", { value: i }, p.title)));
-    this.choice.addEventListener("change", () => this.show());
-    for (const id of new Set(plots.map((p) => p.figure))) { // not drawn twice
-      const link = h("a", { href: "#explore-title" }, "These curves are above.");
-      document.getElementById(id)?.replaceWith(h("p", { class: "small" }, link));
-    }
-    const choice = h("div", { class: "controls" }, h("label", { for: "curves-of" }, "Curves of "), this.choice);
-    this.element.append(choice, this.lines, this.box, this.keys);
-    this.show();
-  }
-
-  private get shown(): Plot {
-    return this.plots[Number(this.choice.value)];
-  }
-
-  private show(): void {
-    const entries = this.shown.lines.map((look, i) => ({ look, more: "", data: { "data-series": i } }));
-    for (const i of entries.keys()) this.visible.add(i);
-    this.lines.replaceChildren(h("legend", { class: "hidden" }, "Executors"), ...legend(entries, this.visible, () => this.draw()));
-    this.draw();
-  }
-
-  protected draw(): void {
-    this.plot?.destroy();
-    this.tip.hidden = true;
-    this.index = -1;
-    const { title, x, log, lines } = this.shown;
-    const width = Math.floor(this.plotted.clientWidth);
-    this.plotted.setAttribute("aria-label", `${title} over ${x}`);
-    this.x = [...new Set(lines.flatMap((l) => l.x))].sort((a, b) => a - b);
-    if (width === 0) return;
-    const visible = lines.filter((_, i) => this.visible.has(i));
-    const data = uPlot.join([[this.x], ...visible.map((l) => [l.x, l.value, l.low, l.high])] as uPlot.AlignedData[]);
-    const range = log ? undefined : (_: uPlot, least: number, most: number): [number, number] => [Math.min(0, least), 1.05 * (most || 1)];
-    const values = (_: uPlot, at: (number | null)[]): string[] => at.map((v) => (v === null ? "" : String(Number(v.toPrecision(6)))));
-    this.plot = new uPlot({
-      width, height: 340, legend: { show: false }, cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
-      scales: { x: { time: false }, y: { distr: log ? 3 : 1, range } }, ...withIntervals(visible, this.x.length < 60 ? 5 : 0),
-      axes: [axis({ label: x, labelSize: 20, size: 32 }), axis({ label: title, labelSize: 20, size: 62, values })],
-      hooks: { setCursor: [(u) => this.hover(u)] },
-    }, data, this.plotted);
-  }
-
-  protected length(): number {
-    return this.x.length;
-  }
-
-  protected describe(index: number): void {
-    const x = this.x[index];
-    this.tell(index, `${this.shown.x} ${x}`, this.shown.lines.map((line, i) => {
-      const at = this.visible.has(i) ? line.x.indexOf(x) : -1;
-      return at < 0 ? null
-        : valueRow(line, line.value[at].toFixed(3), line.low[at], line.high[at], { "data-series": i, "data-x": x, "data-value": line.value[at] });
-    }));
   }
 }

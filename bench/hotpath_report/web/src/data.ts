@@ -2,7 +2,7 @@
 // The data of the page: a JSON document, deflated and in base64. hotpath computed every number in it.
 
 /** How a curve looks: colour and dash tell it apart. */
-export interface Look {
+interface Look {
   label: string; colour: string; dash: number[];
 }
 
@@ -11,9 +11,13 @@ export interface Series extends Look {
   run: number; executor: string;
 }
 
-/** A curve over a quantity, with a value and its interval at each x. */
-export interface Line extends Look {
-  x: number[]; value: number[]; low: (number | null)[]; high: (number | null)[];
+/** Values at each x, with the ends of their intervals. */
+interface Values {
+  value: number[]; low: (number | null)[]; high: (number | null)[];
+}
+
+export interface Line extends Look, Values {
+  x: number[];
 }
 
 export interface Plot {
@@ -21,32 +25,14 @@ export interface Plot {
   figure: string; // id of the figure that it replaces
 }
 
-/** A distribution at the probabilities `q`, in ms; the last point is the largest sample. */
-export interface Curve {
-  series: number; n: number; repetitions: number; q: number[]; value: number[]; low: (number | null)[];
-  high: (number | null)[];
-}
-
-/** A line in a distribution: a bound, a deadline, or the computation on a path. */
-export interface Mark {
-  label: string; ms: number;
-  series: number | null; // null: of all
-}
-
 export interface Target {
   kind: "chain" | "task"; name: string; title: string; measure: string;
   figure: string; // id of its violins
-  curves: Curve[]; marks: Mark[];
+  curves: (Values & { series: number; n: number; repetitions: number; q: number[] })[]; // in ms, at the probabilities q; the last is the largest
+  marks: { label: string; ms: number; series: number | null }[]; // bounds, deadlines and computation; series null: of all
 }
 
-export interface Graph {
-  nodes: { name: string; type: string; column: number; row: number }[];
-  edges: [number, number][];
-  chains: { name: string; tasks: number[] }[];
-  node_of_task: number[];
-}
-
-export interface StoredRepetition {
+interface StoredRepetition {
   executor: string; repetition: number; length_ns: number; kept_ns: [number, number][];
   jobs: number[][]; // columns: task, sequence since the task's job before, start since the job before, length (-1: it
   // did not end), how long before the start its timestamp and its release were, and thread
@@ -55,27 +41,27 @@ export interface StoredRepetition {
 /** An output as hotpath explains it. */
 interface Explained {
   repetition: number; sequence: number; end: number; latency: number; // ns
-  causes: number[]; // ns, by cause
-  parts: number[][]; // cause, rule, step, task that went first (-1: none) and its sequence, ns
-  path: [number, number][]; // task and sequence
+  causes: number[]; // ns, by cause; empty: unknown
+  parts: [cause: number, rule: number, step: number, behind: number, behindSequence: number, ns: number][]; // behind: task that went first (-1: none)
+  path: [task: number, sequence: number][];
 }
 
-export interface StoredOutputs {
+interface Outputs {
   chain?: string; task?: number; executor: string; outputs: Explained[];
 }
 
 export interface Run {
-  name: string; source: string; executors: string[]; tasks: string[]; graph?: Graph;
-  repetitions?: StoredRepetition[]; outputs?: StoredOutputs[]; responses?: StoredOutputs[]; warm_up_ns: number;
-  notes: string[];
-}
-
-export interface Cause {
-  name: string; phrase: string; colour: string;
+  name: string; executors: string[]; tasks: string[]; warm_up_ns: number; notes: string[];
+  graph?: {
+    nodes: { name: string; type: string; column: number; row: number }[]; edges: [number, number][];
+    chains: { name: string; tasks: number[] }[]; node_of_task: number[];
+  };
+  repetitions?: StoredRepetition[]; outputs?: Outputs[]; responses?: Outputs[];
 }
 
 export interface Document {
-  causes: Cause[]; rules: string[]; series: Series[]; targets: Target[]; runs: Run[]; plots?: Plot[];
+  causes: { name: string; phrase: string; colour: string }[];
+  rules: string[]; series: Series[]; targets: Target[]; runs: Run[]; plots?: Plot[];
   shown?: number; // curves that are switched on at first
 }
 
@@ -113,8 +99,7 @@ export class Jobs {
       const sequence = (sequences[task] = (sequences[task] ?? 0) + steps[i]);
       const ended = lengths[i] >= 0;
       const end = ended ? start + lengths[i] : of.length_ns;
-      const [timestamp, release] = [start - sinceTimestamp[i], start - sinceRelease[i]];
-      return { task, sequence, start, end, timestamp, release, worker: workers[i], ended };
+      return { task, sequence, start, end, timestamp: start - sinceTimestamp[i], release: start - sinceRelease[i], worker: workers[i], ended };
     });
     this.places = new Map(this.list.map((job) => [`${job.task} ${job.sequence}`, job]));
   }
@@ -123,25 +108,21 @@ export class Jobs {
   find(task: number, sequence: number): Job | undefined {
     return this.places.get(`${task} ${sequence}`);
   }
-
-  kept(from: number, to: number): boolean {
-    return this.of.kept_ns.some(([a, b]) => a <= Math.max(0, from) && to <= b);
-  }
 }
 
-/** A part of a latency with one cause. */
-export interface Part {
-  cause: number; rule: number; step: number;
-  behind: number; // task; -1: none
-  behindSequence: number; ns: number;
+/** An output of a chain, or a job of a task. */
+export interface Output extends Explained {
+  series: number;
 }
 
-/** An output of a chain, or a job of a task, whose causes may be unknown. */
-export interface Output extends Omit<Explained, "causes" | "parts"> {
-  series: number; causes: number[] | null; parts: Part[];
+/** The value of a key, made when first needed. */
+function cached<K, V>(known: Map<K, V>, key: K, make: () => V): V {
+  const value = known.get(key) ?? make();
+  known.set(key, value);
+  return value;
 }
 
-/** Gives typed views of the document, made when first needed. */
+/** Gives views of the document. */
 export class Store {
   private readonly jobs = new Map<StoredRepetition, Jobs>();
   private readonly lists = new Map<string, Output[]>();
@@ -153,36 +134,27 @@ export class Store {
   }
 
   repetitions(series: number): StoredRepetition[] {
-    const executor = this.document.series[series].executor;
+    const { executor } = this.document.series[series];
     return (this.run(series).repetitions ?? []).filter((r) => r.executor === executor);
   }
 
-  jobsOf(series: number, repetition: number): Jobs | undefined {
-    const of = this.repetitions(series).find((r) => r.repetition === repetition);
-    if (!of) return undefined;
-    let jobs = this.jobs.get(of);
-    if (!jobs) this.jobs.set(of, (jobs = new Jobs(of)));
-    return jobs;
+  /** The jobs of a repetition, or of the first one. */
+  jobsOf(series: number, repetition?: number): Jobs | undefined {
+    const of = this.repetitions(series).find((r) => repetition === undefined || r.repetition === repetition);
+    return of && cached(this.jobs, of, () => new Jobs(of));
   }
 
   /** All or some of the target's outputs. */
-  outputs(target: Target, series: number): Output[] {
-    const key = `${target.kind} ${target.name} ${series}`;
-    let list = this.lists.get(key);
-    if (!list) {
+  outputs({ kind, name }: Target, series: number): Output[] {
+    return cached(this.lists, `${kind} ${name} ${series}`, () => {
       const { executor } = this.document.series[series];
       const { outputs, responses, tasks } = this.run(series);
-      const task = tasks.indexOf(target.name);
-      const of = target.kind === "chain" ? outputs?.find((o) => o.chain === target.name && o.executor === executor)
-        : responses?.find((o) => o.task === task && o.executor === executor);
-      const explained = (of?.outputs ?? []).map((output) => ({
-        ...output, series,
-        parts: output.parts.map(([cause, rule, step, behind, behindSequence, ns]) => ({ cause, rule, step, behind, behindSequence, ns })),
-      }));
-      list = target.kind === "chain" ? explained : this.jobsOfTask(task, series, explained);
-      this.lists.set(key, list);
-    }
-    return list;
+      const task = tasks.indexOf(name);
+      const lists = kind === "chain" ? outputs : responses;
+      const stored = lists?.find((o) => o.executor === executor && (o.chain === name || o.task === task));
+      const explained = (stored?.outputs ?? []).map((output) => ({ ...output, series }));
+      return kind === "chain" ? explained : this.jobsOfTask(task, series, explained);
+    });
   }
 
   /** All kept jobs of a task, of which the slowest are explained. */
@@ -194,7 +166,7 @@ export class Store {
       for (const { task: of, sequence, timestamp, end, ended } of this.jobsOf(series, repetition)?.list ?? []) {
         if (of !== task || !ended || timestamp < warmUp) continue;
         const id = `${repetition} ${sequence}`;
-        const { causes, parts } = known.get(id) ?? { causes: null, parts: [] };
+        const { causes, parts } = known.get(id) ?? { causes: [], parts: [] };
         known.delete(id);
         list.push({ series, repetition, sequence, end, latency: end - timestamp, causes, parts, path: [[task, sequence]] });
       }

@@ -2,136 +2,102 @@
 // Cumulative distributions with a logarithmic tail. uPlot's x axis stands upright and holds
 // probabilities, its y axis lies and holds latencies.
 
-import uPlot from "uplot";
-import { axis, Readable, valueRow, withIntervals } from "./curves";
-import type { Curve, Series, Target } from "./data";
-import { h, percent, theme } from "./dom";
+import type uPlot from "uplot";
+import { axis, Curves, numbers } from "./curves";
+import type { Series, Target } from "./data";
+import { h, theme } from "./dom";
 
 const BODY = 1.6; // length of the even part of the axis, in decades
 const TICKS = [0, 0.25, 0.5, 0.75, 0.9, 0.99, 0.999, 0.9999, 0.99999, 0.999999];
-const HEIGHT = 340;
+const DRAGGED = 4; // px from which a click is a drag
 
 /** Position of a probability on the axis: even up to 0.9, then each decade of the tail has length 1. */
 function place(q: number): number {
   return q <= 0.9 ? (BODY * q) / 0.9 : BODY - 1 - Math.log10(1 - q);
 }
 
-/** A range of latencies, in ms. */
-export interface Range {
-  from: number;
-  to: number;
+function percent(q: number): string {
+  return `${Number((100 * q).toPrecision(6))} %`;
 }
 
-export class Ecdf extends Readable {
-  readonly element = h("div", { class: "ecdf" });
-  private target!: Target;
-  private shown: Curve[] = [];
-  private q: number[] = [];
-  private brushed: Range | null = null;
+/** Latencies in ms. */
+export type Range = Record<"from" | "to", number>;
 
-  constructor(private readonly series: Series[], private readonly select: (range: Range, series: number) => void) {
+export class Ecdf extends Curves {
+  readonly element = h("div", { class: "ecdf" });
+  private target: Target | undefined;
+  private brushed: Range = { from: 0, to: Infinity };
+
+  constructor(
+    private readonly series: Series[], protected readonly switched: () => void,
+    private readonly select: (range: Range, series?: number) => void,
+  ) {
     super("cumulative distribution", "ecdf-keys",
       "Drag over a range of latencies, or click a curve, to list these outputs. " +
-      "Keys: up and down move along the curves, Enter lists the outputs of this part and the slower ones.");
-    this.element.append(this.box, this.keys);
+      "Keys: up and down move along the curves, Enter lists the outputs of this part and the slower ones.", " ms");
+    this.element.append(this.holder, this.keys);
   }
 
-  show(target: Target, visible: Set<number>): void {
+  show(target: Target): void {
     this.target = target;
-    this.shown = target.curves.filter((c) => visible.has(c.series));
-    this.index = -1;
-    this.tip.hidden = true;
     this.plotted.setAttribute("aria-label", `${target.title}: ${target.measure}`);
-    this.draw();
+    this.offer(target.curves.map((c) => {
+      const more = `n = ${c.n}${c.repetitions > 1 ? `, ${c.repetitions} repetitions` : ""}`;
+      return { ...c, ...this.series[c.series], x: c.q, more };
+    }));
   }
 
   /** Marks a selected range of latencies. */
-  mark(range: Range | null): void {
+  mark(range: Range): void {
     this.brushed = range;
-    this.plot?.redraw();
+    if (!this.plot) return;
+    const { over } = this.plot;
+    const all = range.from <= 0 && range.to === Infinity;
+    const [from, to] = [range.from, range.to].map((ms) => Math.min(over.clientWidth, this.plot?.valToPos(ms, "y") ?? 0));
+    this.plot.setSelect({ left: from, width: all ? 0 : Math.max(2, to - from), top: 0, height: over.clientHeight }, false);
   }
 
-  /** The curves that the tooltip describes at position `index` of the axis, for all widths. */
-  private rows(index: number): { curve: Curve; at: number }[] {
-    return this.shown.map((curve) => ({ curve, at: curve.q.indexOf(this.q[index]) })).filter((row) => row.at >= 0);
-  }
-
-  private data(): uPlot.AlignedData {
-    this.q = this.shown.reduce<number[]>((longest, { q }) => (q.length > longest.length ? q : longest), []);
-    const end = this.q.length > 1 ? place(this.q[this.q.length - 2]) + 0.3 : 1;
-    const x = (q: number): number => (q < 1 ? place(q) : end);
-    const joined = uPlot.join(this.shown.map((c) => [c.q.map(x), c.value, c.low, c.high]) as uPlot.AlignedData[]);
-    return joined.map((column) => Array.from(column, (value) => value ?? null)) as uPlot.AlignedData;
-  }
-
-  private options(width: number, x: number[]): uPlot.Options {
-    const ink = theme("ink");
+  protected content(): ReturnType<Curves["content"]> {
+    if (!this.target || !this.shown.length) return null;
+    const last = this.x[this.x.length - 2];
+    const end = this.x.length > 1 ? place(last) + 0.3 : 1; // of the largest
+    const ticks = TICKS.filter((q) => q === 0 || q <= last);
+    const drawn = this.drawn(0, (q) => (q < 1 ? place(q) : end));
+    const marks = this.target.marks.filter((m) => m.series === null || this.shown.some((c) => c.series === m.series));
     return {
-      width, height: HEIGHT, ...withIntervals(this.shown.map((curve) => this.series[curve.series]), 0),
-      legend: { show: false },
-      cursor: { drag: { x: false, y: false, setScale: false }, points: { show: false }, x: false },
+      ...drawn, cursor: { x: false, drag: { x: false, y: true, setScale: false, dist: DRAGGED } },
       scales: {
-        x: { time: false, ori: 1, range: [0, x[x.length - 1] || 1] },
-        y: { ori: 0, range: (_, __, max) => [0, 1.05 * Math.max(max, ...this.marksMs())] },
+        x: { time: false, ori: 1, range: [0, end] },
+        y: { ori: 0, range: (_, __, max) => [0, 1.05 * Math.max(max, ...marks.map((m) => m.ms))] },
       },
       axes: [
-        axis({
-          side: 3, size: 62, splits: () => [...this.ticks().map(place), x[x.length - 1]],
-          values: () => [...this.ticks().map(percent), "largest"],
-        }),
-        axis({
-          side: 2, scale: "y", label: this.target.measure, labelSize: 20, size: 32, space: 56,
-          values: (_, splits) => splits.map((v) => String(Number(v.toPrecision(6)))),
-        }),
+        axis({ side: 3, size: 62, splits: () => [...ticks.map(place), end], values: () => [...ticks.map(percent), "largest"] }),
+        axis({ side: 2, scale: "y", label: this.target.measure, labelSize: 20, size: 32, space: 56, values: numbers }),
       ],
       hooks: {
-        drawAxes: [(u) => this.drawMarks(u, ink)], // below the curves
-        setCursor: [(u) => this.hover(u)],
-        ready: [(u) => this.listen(u)],
+        ...drawn.hooks,
+        drawAxes: [(u) => this.drawMarks(u, marks)], // below the curves
+        ready: [(u) => {
+          this.mark(this.brushed);
+          u.over.addEventListener("click", (event) => this.selectPart(u.posToVal(event.offsetX, "y"), false));
+        }],
+        setSelect: [(u) => this.select({ from: u.posToVal(u.select.left, "y"), to: u.posToVal(u.select.left + u.select.width, "y") })],
       },
     };
   }
 
-  private ticks(): number[] {
-    return TICKS.filter((q) => q === 0 || q <= this.q[this.q.length - 2]);
-  }
-
-  private marksMs(): number[] {
-    return this.target.marks.filter((m) => this.isShown(m.series)).map((m) => m.ms);
-  }
-
-  private isShown(series: number | null): boolean {
-    return series === null || this.shown.some((c) => c.series === series);
-  }
-
-  protected draw(): void {
-    this.plot?.destroy();
-    this.plot = undefined;
-    const width = Math.floor(this.plotted.clientWidth);
-    if (!this.target || !this.shown.length || width === 0) return;
-    const data = this.data();
-    this.plot = new uPlot(this.options(width, data[0] as number[]), data, this.plotted);
-  }
-
-  /** Bounds, deadlines and the selected range. */
-  private drawMarks(u: uPlot, ink: string): void {
+  /** Bounds and deadlines. */
+  private drawMarks(u: uPlot, marks: Target["marks"]): void {
     const { ctx, bbox } = u;
     const scale = devicePixelRatio;
+    const [ink, ground] = [theme("ink"), theme("ground")];
     ctx.save();
-    if (this.brushed) {
-      const from = u.valToPos(this.brushed.from, "y", true);
-      const to = u.valToPos(this.brushed.to, "y", true);
-      ctx.fillStyle = theme("selection");
-      ctx.fillRect(Math.max(bbox.left, from), bbox.top, Math.max(2 * scale, to - Math.max(bbox.left, from)), bbox.height);
-    }
     ctx.font = `${11 * scale}px system-ui, sans-serif`;
-    const ground = theme("ground");
-    this.target.marks.filter((m) => this.isShown(m.series)).forEach((m, i) => {
+    ctx.lineWidth = scale;
+    ctx.setLineDash([5 * scale, 4 * scale]);
+    marks.forEach((m, i) => {
       const x = u.valToPos(m.ms, "y", true);
-      const colour = m.series === null ? ink : this.series[m.series].colour;
-      ctx.strokeStyle = colour;
-      ctx.lineWidth = scale;
-      ctx.setLineDash([5 * scale, 4 * scale]);
+      ctx.strokeStyle = m.series === null ? ink : this.series[m.series].colour;
       ctx.beginPath();
       ctx.moveTo(x, bbox.top);
       ctx.lineTo(x, bbox.top + bbox.height);
@@ -149,53 +115,18 @@ export class Ecdf extends Readable {
     ctx.restore();
   }
 
-  protected length(): number {
-    return this.q.length;
-  }
-
-  /** Writes value and interval of each curve at a probability. */
-  protected describe(index: number): void {
-    const q = this.q[index];
-    this.tell(index, q < 1 ? `${percent(q)} take at most` : "the largest", this.rows(index).map(({ curve, at }) =>
-      valueRow(this.series[curve.series], `${curve.value[at].toFixed(3)} ms`, curve.low[at], curve.high[at],
-        { "data-series": curve.series, "data-q": q, "data-ms": curve.value[at] })));
-  }
-
-  /** Selects by mouse: a dragged range, or the outputs between the neighbours on the nearest curve. */
-  private listen(u: uPlot): void {
-    let from: number | null = null;
-    const value = (event: PointerEvent): number => {
-      const x = event.clientX - u.over.getBoundingClientRect().left;
-      return Math.max(0, u.posToVal(Math.min(Math.max(0, x), u.over.clientWidth), "y"));
-    };
-    u.over.addEventListener("pointerdown", (event) => {
-      if (event.button !== 0) return;
-      from = event.offsetX;
-      u.over.setPointerCapture(event.pointerId);
-    });
-    u.over.addEventListener("pointermove", (event) => {
-      if (from === null || Math.abs(event.offsetX - from) < 4) return;
-      const values = [u.posToVal(from, "y"), value(event)].sort((a, b) => a - b);
-      this.mark({ from: values[0], to: values[1] });
-    });
-    u.over.addEventListener("pointerup", (event) => {
-      if (from === null) return;
-      const dragged = Math.abs(event.offsetX - from) >= 4;
-      from = null;
-      if (dragged && this.brushed) this.select(this.brushed, -1);
-      else this.selectPart(value(event), false);
-    });
+  protected head(q: number): string {
+    return q < 1 ? `${percent(q)} take at most` : "the largest";
   }
 
   /** Selects the outputs around the cursor's probability, under the executor nearest to `ms`. */
   private selectPart(ms: number, upwards: boolean): void {
-    const rows = this.rows(this.index);
-    if (!rows.length) return;
-    const distance = (r: { curve: Curve; at: number }): number => Math.abs(r.curve.value[r.at] - ms);
-    const { curve, at } = rows.reduce((a, b) => (distance(b) < distance(a) ? b : a));
-    const from = curve.value[upwards ? at : Math.max(0, at - 1)];
-    const to = curve.value[upwards ? curve.value.length - 1 : Math.min(at + 1, curve.value.length - 1)];
-    this.select({ from, to }, curve.series);
+    const distance = (r: ReturnType<Curves["at"]>[number]): number => Math.abs(r.curve.value[r.k] - ms);
+    const [nearest] = this.at(this.index).sort((a, b) => distance(a) - distance(b));
+    if (!nearest) return;
+    const { curve: { value, series }, k } = nearest;
+    const last = value.length - 1;
+    this.select({ from: value[upwards ? k : Math.max(0, k - 1)], to: value[upwards ? last : Math.min(k + 1, last)] }, series);
   }
 
   protected enter(): void {

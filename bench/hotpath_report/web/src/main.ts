@@ -3,13 +3,13 @@
 // timelines.
 
 import uplotStyle from "uplot/dist/uPlot.min.css";
-import { legend, Plots } from "./curves";
 import { readDocument, Store, type Output, type Target } from "./data";
-import { h } from "./dom";
+import { Choice, h } from "./dom";
 import { Ecdf, type Range } from "./ecdf";
 import { GraphView } from "./graph";
 import { OutputList } from "./outputs";
 import pageStyle from "./page.css";
+import { Plots } from "./plots";
 import { Timeline } from "./timeline";
 import { Trend } from "./trend";
 
@@ -20,53 +20,45 @@ class Page {
   readonly list: OutputList;
   readonly timeline: Timeline;
   readonly trend: Trend;
-  readonly graph = new GraphView();
-  readonly plots: Plots | undefined;
-  private readonly targets = h("select", { id: "target" });
-  private readonly legend = h("fieldset", { class: "legend" });
-  private readonly other = h("select", { id: "other" });
-  private readonly details = h("div"); // of outputs; hidden if the runs store no jobs
+  private readonly graph = new GraphView();
+  private readonly targets = new Choice("target", "Distribution of ", () => this.showTarget());
+  private readonly other = new Choice("other", "With the same data under ", () => {
+    this.alone = this.other.value === "";
+    this.showTimeline();
+  });
   private readonly violins = h("div", { class: "violins" });
   private readonly notes = h("div");
-  private readonly visible = new Set<number>();
   private moved: { element: Element; home: Comment }[] = [];
   private chosen: Output | null = null;
   private alone = false; // the user wants one executor in the timeline
 
   constructor(readonly store: Store, root: HTMLElement) {
-    this.ecdf = new Ecdf(store.document.series, (range, series) => this.select(range, series));
-    this.list = new OutputList(store, (output) => this.pick(output), (range) => this.select(range, -1));
-    this.timeline = new Timeline(store);
-    this.trend = new Trend(store, (output) => this.pick(output));
-    for (let s = 0; s < Math.min(store.document.shown ?? MOST_AT_FIRST, store.document.series.length); ++s) this.visible.add(s);
-    const groups = { chain: h("optgroup", { label: "Chains" }), task: h("optgroup", { label: "Tasks" }) };
-    store.document.targets.forEach((t, i) => groups[t.kind].append(h("option", { value: i }, t.name)));
-    this.targets.append(...Object.values(groups).filter((g) => g.childElementCount > 0));
-    this.targets.addEventListener("change", () => this.showTarget());
-    this.other.addEventListener("change", () => {
-      this.alone = this.other.value === "";
+    const { plots, targets, runs, series, shown = MOST_AT_FIRST } = store.document;
+    const pick = (output: Output): void => {
+      this.chosen = output;
       this.showTimeline();
-    });
-    const { plots, targets, runs } = store.document;
+    };
+    this.ecdf = new Ecdf(series, () => this.showCurves(), (range, of) => this.select(range, of));
+    this.list = new OutputList(store, pick, (range) => this.select(range));
+    this.timeline = new Timeline(store);
+    this.trend = new Trend(store, pick);
+    for (const s of series.slice(0, shown).keys()) this.ecdf.visible.add(s);
     const hasJobs = runs.some((r) => r.repetitions?.length);
     const title = !targets.length ? "Curves" : hasJobs ? "Distributions, outputs and timelines" : "Distributions";
     const notes = runs.flatMap((r) => r.notes.map((n) => (runs.length > 1 ? `${r.name}: ${n}` : n)));
     root.append(h("h2", { id: "explore-title" }, title), ...notes.map((n) => h("p", { class: "note" }, n)));
     root.hidden = false;
     if (targets.length) {
-      root.append(
-        h("div", { class: "controls" }, h("label", { for: "target" }, "Distribution of "), this.targets),
-        this.legend, h("div", { class: "beside" }, this.ecdf.element, this.violins), this.notes, this.details);
+      const details = h("div", { hidden: !hasJobs }, this.list.element, h("h3", {}, "Timeline"), this.other.element,
+        this.timeline.element, this.trend.element, this.graph.element);
+      root.append(this.targets.element, this.ecdf.legend, h("div", { class: "beside" }, this.ecdf.element, this.violins), this.notes, details);
     }
-    if (plots?.length) root.append(...(targets.length ? [h("h3", {}, "Curves")] : []), (this.plots = new Plots(plots)).element);
-    this.details.hidden = !hasJobs;
+    if (plots?.length) root.append(...(targets.length ? [h("h3", {}, "Curves")] : []), new Plots(plots).element);
     if (!hasJobs) this.ecdf.keys.textContent = "On the keyboard, up and down move along the curves.";
-    this.details.append(
-      this.list.element,
-      h("h3", {}, "Timeline"),
-      h("div", { class: "controls" }, h("label", { for: "other" }, "With the same data under "), this.other),
-      this.timeline.element, this.trend.element, this.graph.element,
-    );
+    for (const [kind, label] of [["chain", "Chains"], ["task", "Tasks"]]) {
+      const options = targets.flatMap((t, value) => (t.kind === kind ? [h("option", { value }, t.name)] : []));
+      if (options.length) this.targets.select.append(h("optgroup", { label }, ...options));
+    }
     if (targets.length) this.showTarget();
   }
 
@@ -76,54 +68,41 @@ class Page {
 
   /** The executors that have this target and are not switched off. */
   private shown(): number[] {
-    return this.target.curves.map((c) => c.series).filter((s) => this.visible.has(s));
+    return this.target.curves.map((c) => c.series).filter((s) => this.ecdf.visible.has(s));
   }
 
   private showTarget(): void {
-    const { target } = this;
-    this.moveFigure(target.figure);
-    const entries = target.curves.map((c) => ({
-      look: this.store.document.series[c.series], data: { "data-series": c.series, "data-n": c.n },
-      more: `n = ${c.n}${c.repetitions > 1 ? `, ${c.repetitions} repetitions` : ""}`,
-    }));
-    this.legend.replaceChildren(h("legend", { class: "hidden" }, "Executors"), ...legend(entries, this.visible, () => this.showVisible()));
-    this.showVisible();
+    this.moveFigure(this.target.figure);
+    this.ecdf.show(this.target);
+    this.showCurves();
   }
 
-  private showVisible(): void {
-    this.ecdf.show(this.target, this.visible);
+  private showCurves(): void {
+    this.ecdf.draw();
     this.trend.show(this.target, this.shown());
-    this.select({ from: 0, to: Infinity }, -1);
+    this.select({ from: 0, to: Infinity });
   }
 
   /** Puts the violins and causes of a target beside and below its curves, and the former ones back. */
   private moveFigure(id: string): void {
     for (const { element, home } of this.moved) home.replaceWith(element);
     this.moved = [];
-    const move = (name: string, to: HTMLElement): void => {
+    for (const [name, to] of [[id, this.violins], [`${id}_notes`, this.notes]] as const) {
       const element = id ? document.getElementById(name) : null;
       to.hidden = !element;
-      if (!element) return;
+      if (!element) continue;
       const home = document.createComment(name);
       element.replaceWith(home);
       to.append(element);
       this.moved.push({ element, home });
-    };
-    move(id, this.violins);
-    move(`${id}_notes`, this.notes);
+    }
   }
 
-  private select(range: Range, series: number): void {
-    const all = range.from <= 0 && range.to === Infinity;
-    this.ecdf.mark(all ? null : range);
-    const found = this.list.show(this.target, series >= 0 ? [series] : this.shown(), range);
+  /** Lists the outputs in a range of latencies, of one executor or of all that are shown. */
+  private select(range: Range, series?: number): void {
+    this.ecdf.mark(range);
+    const found = this.list.show(this.target, series === undefined ? this.shown() : [series], range);
     this.chosen = found[0] ?? null;
-    this.showTimeline();
-  }
-
-  /** Shows an output in the timeline. */
-  pick(output: Output): void {
-    this.chosen = output;
     this.showTimeline();
   }
 
@@ -138,29 +117,18 @@ class Page {
   }
 
   private showTimeline(): void {
-    const { chosen, target } = this;
+    const { chosen, target, other } = this;
+    const { series: all, causes } = this.store.document;
     const series = chosen?.series ?? this.shown()[0] ?? 0;
-    const kept = this.other.value;
     const others = target.curves.map((c) => c.series).filter((s) => s !== series);
-    this.other.replaceChildren(
-      h("option", { value: "" }, "no other executor"),
-      ...others.map((s) => h("option", { value: s }, this.store.document.series[s].label)),
-    );
-    const pair = this.shown().length === 2 ? others.find((s) => this.visible.has(s)) : undefined;
-    if (others.some((s) => String(s) === kept)) this.other.value = kept;
-    else if (pair !== undefined && !this.alone) this.other.value = String(pair);
-    const second = this.other.value === "" || !chosen ? null : this.partner(chosen, Number(this.other.value));
+    other.offer([["", "no other executor"], ...others.map((s): [number, string] => [s, all[s].label])]);
+    const pair = this.shown().length === 2 ? others.find((s) => this.ecdf.visible.has(s)) : undefined;
+    if (other.value === "" && pair !== undefined && !this.alone) other.select.value = String(pair);
+    const second = other.value === "" || !chosen ? null : this.partner(chosen, Number(other.value));
     this.timeline.show(target, second ? [chosen, second] : [chosen], series);
     this.list.mark([chosen, second]);
-    const { series: all, causes } = this.store.document;
-    this.graph.show(this.store.run(series), all[series], target, chosen, causes[0]?.colour ?? "");
+    this.graph.show(this.store.run(series), target, chosen, all[series].colour, causes[0]?.colour ?? "");
   }
-}
-
-/** The script stands before the figures that it moves or replaces. */
-async function parsed(): Promise<void> {
-  if (document.readyState !== "loading") return;
-  await new Promise((resolve) => document.addEventListener("DOMContentLoaded", resolve, { once: true }));
 }
 
 async function start(): Promise<void> {
@@ -169,7 +137,8 @@ async function start(): Promise<void> {
   if (!root || !data) return;
   try {
     const store = new Store(await readDocument(data.textContent ?? ""));
-    await parsed();
+    // The script stands before the figures that it moves or replaces.
+    if (document.readyState === "loading") await new Promise((resolve) => document.addEventListener("DOMContentLoaded", resolve, { once: true }));
     document.head.append(h("style", {}, uplotStyle, pageStyle));
     const page = new Page(store, root);
     page.timeline.draw();

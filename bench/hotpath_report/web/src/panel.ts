@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// One executor's rows in the timeline, with the account of a selected output above them.
+// One executor's rows in the timeline, with the causes of a selected output above them.
 
-import type { Cause, Job, Jobs, Output, Run, Series } from "./data";
-import { ms, theme } from "./dom";
-import { Row } from "./row";
+import type { Job, Jobs, Output, Run, Store, Target } from "./data";
+import { ms, seconds, theme } from "./dom";
+import { SMALL, type View } from "./view";
 
 export type RowsOf = "involved" | "tasks" | "threads";
 
@@ -11,8 +11,11 @@ const RUNNING = 0; // its place among the causes
 const BAR = 20;
 const HEAD = 20;
 
-/** The visible part of the time axis, in ns, and its place on the canvas, in px. */
-export type View = Record<"from" | "to" | "left" | "width", number>;
+/** Jobs in order of start; `marked`: all of them belong to the selected chain. */
+type Row = { name: string; jobs: Job[]; marked: boolean };
+
+/** A job, or jobs that are within one pixel, and how long they run. */
+type Block = { job?: Job; start: number; end: number; busy: number };
 
 /** A rectangle of the last drawing, for tests. */
 type Shown = { what: "part" | "path" | "behind" | "arrow"; name: string; left: number; right: number };
@@ -21,216 +24,198 @@ export class Panel {
   rows: Row[] = [];
   top = 0;
   readonly shown: Shown[] = [];
-  private key: "worker" | "task" = "task"; // what has a row
-  private rowOf = new Map<number, number>(); // by key
-  private readonly chain: Set<number>;
-  private readonly special = new Map<Job, string>(); // colours of jobs on the path and ahead of it
+  private readonly run: Run;
+  private readonly chain: Set<number>; // its tasks
+  private rowOf = (_: Job): number => -1;
 
   constructor(
-    readonly series: Series, readonly jobs: Jobs, readonly output: Output | null, private readonly run: Run,
-    private readonly causes: Cause[], chain: string,
+    private readonly store: Store, readonly jobs: Jobs, readonly series: Store["document"]["series"][number],
+    readonly output: Output | null, target: Target,
   ) {
-    this.chain = new Set(run.graph?.chains.find((c) => c.name === chain)?.tasks);
-    const mark = (task: number, sequence: number, cause: number): void => {
-      const job = jobs.find(task, sequence);
-      if (job) this.special.set(job, causes[cause].colour);
-    };
-    for (const part of output?.parts ?? []) mark(part.behind, part.behindSequence, part.cause);
-    for (const [task, sequence] of output?.path ?? []) mark(task, sequence, RUNNING);
+    this.run = store.document.runs[series.run];
+    const chain = target.kind === "chain" ? target.name : "";
+    this.chain = new Set(this.run.graph?.chains.find((c) => c.name === chain)?.tasks);
   }
 
   /** Tasks of the output's path and those that went first, in the order of time. */
   involved(): number[] {
-    const o = this.output;
-    if (!o || !o.parts.length) return [...this.chain];
-    return [...o.path.map(([task]) => task), ...o.parts.map((p) => p.behind).filter((task) => task >= 0)];
+    const { path, parts } = this.output ?? { path: [], parts: [] };
+    return parts.length ? [...path.map(([task]) => task), ...parts.map((part) => part[3]).filter((task) => task >= 0)] : [...this.chain];
   }
 
   layOut(rowsOf: RowsOf, tasks: number[]): void {
-    const threads = rowsOf === "threads";
-    const key = (this.key = threads ? "worker" : "task");
+    const key = rowsOf === "threads" ? "worker" : "task";
     const lists = new Map<number, Job[]>();
-    for (const job of this.jobs.list) {
-      const list = lists.get(job[key]);
-      if (list) list.push(job);
-      else lists.set(job[key], [job]);
-    }
+    for (const job of this.jobs.list) lists.get(job[key])?.push(job) ?? lists.set(job[key], [job]);
     const keys = rowsOf === "involved" && tasks.length ? tasks : [...lists.keys()].sort((a, b) => a - b);
-    this.rowOf = new Map(keys.map((k, row) => [k, row]));
-    this.rows = keys.map((k) => {
-      const name = threads ? `thread ${k}` : this.run.tasks[k];
-      return new Row(name, lists.get(k) ?? [], !threads && this.chain.has(k));
-    });
+    this.rowOf = (job) => keys.indexOf(job[key]);
+    this.rows = keys.map((k) => ({
+      name: key === "worker" ? `thread ${k}` : this.run.tasks[k], jobs: lists.get(k) ?? [], marked: key === "task" && this.chain.has(k),
+    }));
   }
 
-  get rowHeight(): number {
+  private get rowHeight(): number {
     return this.rows.length > 24 ? 12 : 17;
-  }
-
-  get bar(): number {
-    return this.output?.parts.length ? BAR + 4 : 0;
-  }
-
-  get height(): number {
-    return HEAD + this.bar + this.rows.length * this.rowHeight + 10;
   }
 
   /** Top of a row in px. */
   private y(row: number): number {
-    return this.top + HEAD + this.bar + row * this.rowHeight;
+    return this.top + HEAD + (this.output?.parts.length ? BAR + 4 : 0) + row * this.rowHeight;
   }
 
-  private rowAt(job: Job | undefined): number | undefined {
-    return job && this.rowOf.get(job[this.key]);
+  get height(): number {
+    return this.y(this.rows.length) - this.top + 10;
   }
 
   draw(ctx: CanvasRenderingContext2D, view: View): void {
     this.shown.length = 0;
-    const x = (t: number): number => view.left + ((t - view.from) / (view.to - view.from)) * view.width;
     this.drawHead(ctx, view);
     ctx.save();
     ctx.beginPath();
     ctx.rect(view.left, this.top, view.width, this.height);
     ctx.clip();
-    this.drawRows(ctx, view, x);
+    this.drawMissing(ctx, view);
+    this.drawJobs(ctx, view);
     if (this.output) {
-      this.drawBar(ctx, x);
-      this.drawArrows(ctx, x);
+      this.drawPath(ctx, view, this.output);
+      this.drawBar(ctx, view, this.output);
+      this.drawArrows(ctx, view, this.output);
     }
     ctx.restore();
   }
 
   private drawHead(ctx: CanvasRenderingContext2D, view: View): void {
     const o = this.output;
-    ctx.textBaseline = "middle";
-    ctx.textAlign = "left";
     ctx.fillStyle = this.series.colour;
     ctx.fillRect(0, this.top + 4, 10, 10);
-    ctx.fillStyle = theme("ink");
-    ctx.font = "600 12px system-ui, sans-serif";
-    const what = o ? `: output ${o.sequence} took ${ms(o.latency)} ms` : "";
-    ctx.fillText(this.series.label + what, 16, this.top + 9);
-    ctx.font = "11px system-ui, sans-serif";
-    const grid = theme("grid");
-    this.rows.forEach((row, k) => {
-      const middle = this.y(k) + this.rowHeight / 2;
-      ctx.fillStyle = theme("faint");
-      ctx.fillText(clipped(ctx, row.name, view.left - 8), 2, middle);
+    Object.assign(ctx, { fillStyle: theme("ink"), font: "600 12px system-ui, sans-serif", textAlign: "left" });
+    ctx.fillText(this.series.label + (o ? `: output ${o.sequence} took ${ms(o.latency)} ms` : ""), 16, this.top + 9);
+    ctx.font = SMALL;
+    const [faint, grid] = [theme("faint"), theme("grid")];
+    this.rows.forEach(({ name }, k) => {
+      ctx.fillStyle = faint;
+      ctx.fillText(clipped(ctx, name, view.left - 8), 2, this.y(k) + this.rowHeight / 2);
       ctx.fillStyle = grid;
       ctx.fillRect(view.left, this.y(k) + this.rowHeight - 1, view.width, 0.5);
     });
   }
 
-  private drawRows(ctx: CanvasRenderingContext2D, view: View, x: (t: number) => number): void {
-    const perPixel = (view.to - view.from) / view.width;
-    const faint = theme("job");
-    const running = this.causes[RUNNING].colour;
-    const special: [Job, number, number, number][] = [];
-    this.rows.forEach((row, k) => {
-      const top = this.y(k) + 2;
-      const height = this.rowHeight - 5;
-      let style = "";
-      row.draw(view.from, view.to, perPixel, (from, to, share, job) => {
-        const colour = row.marked || (job && this.chain.has(job.task)) ? running : faint;
-        const wanted = colour + (colour === faint ? "" : "99");
-        if (wanted !== style) ctx.fillStyle = style = wanted;
-        ctx.globalAlpha = 0.25 + 0.75 * share; // a lone short job stays visible
-        const left = x(from);
-        const width = Math.max(1, x(to) - left);
-        ctx.fillRect(left, top, width, height);
-        if (job && this.special.has(job)) special.push([job, left, width, top]);
-      });
-    });
-    ctx.globalAlpha = 1;
-    for (const [job, left, width, top] of special) {
-      ctx.fillStyle = this.special.get(job) ?? faint;
-      ctx.fillRect(left, top - 1, width, this.rowHeight - 3);
-      ctx.strokeStyle = theme("ink");
-      ctx.lineWidth = 1;
-      ctx.strokeRect(left, top - 1, width, this.rowHeight - 3);
-      const name = `${this.run.tasks[job.task]} ${job.sequence}`;
-      const onPath = this.output?.path.some(([task, sequence]) => task === job.task && sequence === job.sequence);
-      this.shown.push({ what: onPath ? "path" : "behind", name, left, right: left + width });
+  /** What the page left out. */
+  private drawMissing(ctx: CanvasRenderingContext2D, view: View): void {
+    ctx.fillStyle = theme("missing");
+    let last = 0;
+    for (const [from, to] of [...this.jobs.of.kept_ns, [view.length, view.length]]) {
+      if (from > last) ctx.fillRect(view.x(last), this.top, view.x(from) - view.x(last), this.height);
+      last = Math.max(last, to);
     }
   }
 
+  private *blocks({ jobs }: Row, { from, to, pixel }: View): Iterable<Block> {
+    let block: Block | undefined;
+    for (const job of jobs) {
+      if (job.end <= from || job.start >= to) continue;
+      const { start, end } = job;
+      const binned: boolean = block !== undefined && end <= block.start + pixel;
+      if (block && !binned) yield block;
+      block = block && binned ? { start: block.start, end, busy: block.busy + end - start } : { job, start, end, busy: end - start };
+    }
+    if (block) yield block;
+  }
+
+  private drawJobs(ctx: CanvasRenderingContext2D, view: View): void {
+    const faint = theme("job");
+    const running = `${this.store.document.causes[RUNNING].colour}99`;
+    this.rows.forEach((row, k) => {
+      for (const { job, start, end, busy } of this.blocks(row, view)) {
+        const share = job ? 1 : Math.min(1, busy / view.pixel);
+        ctx.fillStyle = row.marked || (job && this.chain.has(job.task)) ? running : faint;
+        ctx.globalAlpha = 0.25 + 0.75 * share; // short jobs stay visible
+        ctx.fillRect(view.x(start), this.y(k) + 2, Math.max(1, view.x(end) - view.x(start)), this.rowHeight - 5);
+      }
+    });
+    ctx.globalAlpha = 1;
+  }
+
+  /** The jobs on the output's path, and those that went first. */
+  private drawPath(ctx: CanvasRenderingContext2D, view: View, { path, parts }: Output): void {
+    ctx.strokeStyle = theme("ink");
+    ctx.lineWidth = 1;
+    const draw = (what: "path" | "behind", task: number, sequence: number, cause: number): void => {
+      const job = this.jobs.find(task, sequence);
+      const row = job ? this.rowOf(job) : -1;
+      if (!job || row < 0) return;
+      const [left, top, height] = [view.x(job.start), this.y(row) + 1, this.rowHeight - 3];
+      const width = Math.max(1, view.x(job.end) - left);
+      ctx.fillStyle = this.store.document.causes[cause].colour;
+      ctx.fillRect(left, top, width, height);
+      ctx.strokeRect(left, top, width, height);
+      this.shown.push({ what, name: `${this.run.tasks[task]} ${sequence}`, left, right: left + width });
+    };
+    for (const [cause, , , task, sequence] of parts) draw("behind", task, sequence, cause);
+    for (const [task, sequence] of path) draw("path", task, sequence, RUNNING);
+  }
+
   /** The causes of the output, in the order of time. */
-  private drawBar(ctx: CanvasRenderingContext2D, x: (t: number) => number): void {
-    const o = this.output;
-    if (!o) return;
+  private drawBar(ctx: CanvasRenderingContext2D, view: View, o: Output): void {
     let from = o.end - o.latency;
     const top = this.top + HEAD;
-    for (const part of o.parts) {
-      const left = x(from);
-      const right = x((from += part.ns));
-      ctx.fillStyle = this.causes[part.cause].colour;
+    ctx.lineWidth = 0.8;
+    for (const [cause, , , , , ns] of o.parts) {
+      const [left, right] = [view.x(from), view.x((from += ns))];
+      const { phrase, name, colour } = this.store.document.causes[cause];
+      ctx.fillStyle = colour;
       ctx.fillRect(left, top, right - left, BAR);
-      ctx.strokeStyle = theme("ink");
-      ctx.lineWidth = 0.8;
       ctx.strokeRect(left, top, right - left, BAR);
-      const name = this.causes[part.cause].phrase;
-      this.shown.push({ what: "part", name, left, right });
-      ctx.fillStyle = part.cause === RUNNING ? "#ffffff" : "#111111";
-      const fits = [name, this.causes[part.cause].name].find((text) => ctx.measureText(text).width <= right - left - 6);
+      this.shown.push({ what: "part", name: phrase, left, right });
+      ctx.fillStyle = cause === RUNNING ? "#ffffff" : "#111111";
+      const fits = [phrase, name].find((text) => ctx.measureText(text).width <= right - left - 6);
       if (fits) ctx.fillText(fits, left + 3, top + BAR / 2 + 1);
     }
   }
 
   /** From each publication on the path to the callback that it started. */
-  private drawArrows(ctx: CanvasRenderingContext2D, x: (t: number) => number): void {
-    const path = (this.output?.path ?? []).map((step) => this.jobs.find(...step));
+  private drawArrows(ctx: CanvasRenderingContext2D, view: View, o: Output): void {
+    const path = o.path.map((step) => this.jobs.find(...step));
     ctx.strokeStyle = ctx.fillStyle = theme("ink");
     ctx.lineWidth = 1.3;
-    for (let k = 1; k < path.length; ++k) {
-      const [a, b] = [path[k - 1], path[k]];
-      const [rowA, rowB] = [this.rowAt(a), this.rowAt(b)];
-      if (!a || !b || rowA === undefined || rowB === undefined) continue;
-      const from = { x: x(a.end), y: this.y(rowA) + this.rowHeight / 2 };
-      const to = { x: x(b.start), y: this.y(rowB) + this.rowHeight / 2 };
-      const down = to.x - from.x < 14 && rowA !== rowB; // from edge to edge instead of a curve
-      const half = Math.sign(rowB - rowA) * (this.rowHeight / 2 - 2);
-      if (down) [from.y, to.y] = [from.y + half, to.y - half];
-      const bend = Math.max(8, Math.abs(to.x - from.x) / 2);
+    path.forEach((b, k) => {
+      const a = path[k - 1];
+      if (!a || !b || this.rowOf(a) < 0 || this.rowOf(b) < 0) return;
+      const rows = Math.sign(this.rowOf(b) - this.rowOf(a));
+      const [x0, x1] = [view.x(a.end), view.x(b.start)];
+      const down = x1 - x0 < 14 && rows !== 0; // from edge to edge instead of a curve
+      const edge = down ? rows * (this.rowHeight / 2 - 2) : 0;
+      const [y0, y1] = [this.y(this.rowOf(a)) + this.rowHeight / 2 + edge, this.y(this.rowOf(b)) + this.rowHeight / 2 - edge];
+      const bend = Math.max(8, Math.abs(x1 - x0) / 2);
       ctx.beginPath();
-      ctx.moveTo(from.x, from.y);
-      if (down) ctx.lineTo(to.x, to.y);
-      else ctx.bezierCurveTo(from.x + bend, from.y, to.x - bend, to.y, to.x - 1, to.y);
+      ctx.moveTo(x0, y0);
+      if (down) ctx.lineTo(x1, y1);
+      else ctx.bezierCurveTo(x0 + bend, y0, x1 - bend, y1, x1 - 1, y1);
       ctx.stroke();
       ctx.beginPath();
-      ctx.moveTo(to.x, to.y);
-      const back = down ? Math.sign(half) * 5 : 6;
-      ctx.lineTo(to.x - (down ? 3.5 : back), to.y - (down ? back : 3.5));
-      ctx.lineTo(to.x + (down ? 3.5 : -back), to.y - (down ? back : -3.5));
+      ctx.moveTo(x1, y1);
+      for (const side of [-3.5, 3.5]) ctx.lineTo(x1 + (down ? side : -6), y1 + (down ? -5 * rows : side));
       ctx.fill();
-      this.shown.push({ what: "arrow", name: "", left: from.x, right: to.x });
-    }
-  }
-
-  /** The job at a place of the canvas. */
-  at(px: number, py: number, view: View): Job | undefined {
-    const row = this.rows[Math.floor((py - this.y(0)) / this.rowHeight)];
-    if (py < this.y(0)) return undefined;
-    const perPixel = (view.to - view.from) / view.width;
-    const instant = view.from + (px - view.left) * perPixel;
-    let found: Job | undefined;
-    row?.draw(instant - perPixel, instant + perPixel, perPixel / 1e6, (from, to, _, job) => {
-      if (from <= instant + perPixel && instant - perPixel <= to) found = job;
+      this.shown.push({ what: "arrow", name: "", left: x0, right: x1 });
     });
-    return found;
   }
 
-  describe(job: Job): string {
+  /** Describes the job at a place of the canvas. */
+  describe(px: number, py: number, view: View): string {
+    const [instant, near] = [view.from + (px - view.left) * view.pixel, view.pixel];
+    const row = this.rows[Math.floor((py - this.y(0)) / this.rowHeight)];
+    const job = row?.jobs.filter(({ start, end }) => start <= instant + near && instant - near <= end).at(-1);
+    if (!job) return "";
     return (
-      `${this.run.tasks[job.task]} ${job.sequence}\nruns ${ms(job.end - job.start)} ms from ` +
-      `${(job.start / 1e9).toFixed(6)} s, on thread ${job.worker}\nreleased ${ms(job.start - job.release)} ms before its start`
+      `${this.run.tasks[job.task]} ${job.sequence}\nruns ${ms(job.end - job.start)} ms from ${seconds(job.start)}, ` +
+      `on thread ${job.worker}\nreleased ${ms(job.start - job.release)} ms before its start`
     );
   }
 }
 
 /** Text that fits into a width, with an ellipsis. */
 function clipped(ctx: CanvasRenderingContext2D, text: string, width: number): string {
-  if (ctx.measureText(text).width <= width) return text;
-  let length = Math.max(0, Math.floor((text.length * width) / ctx.measureText(text).width) - 1);
-  while (length > 0 && ctx.measureText(`${text.slice(0, length)}…`).width > width) --length;
-  return `${text.slice(0, length)}…`;
+  let fits = text;
+  for (let n = text.length - 1; n >= 0 && ctx.measureText(fits).width > width; --n) fits = `${text.slice(0, n)}…`;
+  return fits;
 }
