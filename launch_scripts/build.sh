@@ -5,10 +5,7 @@
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
 check_cmake_arguments "$@"
-cd "$(dirname "$0")/.."
 
-# Debian's Python comes first: another Python in PATH lacks Debian's modules.
-export PATH="/usr/bin:$PATH"
 use_compiler_cache
 # A unity build halves the time of a full build. After a small change the preset `release` is
 # faster.

@@ -5,9 +5,8 @@
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
 check_cmake_arguments "$@"
-cd "$(dirname "$0")/.."
 # Without MAKEFLAGS, colcon starts no second compilation while other programs keep the machine busy.
-export PATH="/usr/bin:$PATH" CMAKE_GENERATOR=Ninja MAKEFLAGS="-j$(nproc)"
+export CMAKE_GENERATOR=Ninja MAKEFLAGS="-j$(nproc)"
 use_compiler_cache
 
 # colcon silently ignores the dependencies of a package.xml that it cannot read; type `ros.cmake`

@@ -9,7 +9,6 @@ case "$#:${1:-}" in
   0: | 1:--check) ;;
   *) wrong_use "unknown arguments $*" ;;
 esac
-cd "$(dirname "$0")/.."
 mode=(-i) python=()
 [ "${1:-}" = --check ] && mode=(--dry-run --Werror) python=(--check)
 mapfile -t sources < <(git ls-files '*.py')

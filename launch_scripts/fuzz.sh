@@ -5,8 +5,6 @@
 # tools/fuzz.py.
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
-cd "$(dirname "$0")/.."
-export PATH="/usr/bin:$PATH"
 use_compiler_cache
 { cmake --preset fuzz && cmake --build --preset fuzz; } >build-fuzz.log 2>&1 || { tail -40 build-fuzz.log; exit 1; }
 exec tools/fuzz.py "$@"

@@ -6,7 +6,6 @@
 # go to `hotpath run`.
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
-cd "$(dirname "$0")/.."
 
 launch_scripts/setup.sh compile
 launch_scripts/setup.sh first & # Debian's Python packages take a processor for half a minute

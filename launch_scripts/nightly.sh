@@ -7,7 +7,6 @@
 set -uo pipefail
 . "$(dirname "$0")/usage.sh"
 [ $# -eq 0 ] || wrong_use "unknown arguments $*"
-cd "$(dirname "$0")/.."
 
 failed=()
 # check NAME COMMAND...

@@ -6,7 +6,6 @@
 # runs them there; it needs root and 2 GB of disk space.
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
-cd "$(dirname "$0")/.."
 test=OFF
 case "${1:-}" in
   '') ;;

@@ -5,7 +5,6 @@
 # of `hotpath paper figures`; --list lists the items instead.
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
-cd "$(dirname "$0")/.."
 
 launch_scripts/setup.sh
 [ -t 2 ] && echo "Building (the first build takes some minutes)" >&2

@@ -8,7 +8,6 @@
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
 [[ ${1:-} != -* ]] || wrong_use "$1 is no folder; OPTIONS follow the folder"
-cd "$(dirname "$0")/.."
 output=${1:-runs/ros2_bars-$(date +%Y%m%d-%H%M%S)}
 
 set +u  # ROS 2's scripts read unset variables

@@ -10,7 +10,6 @@
 #   --distro    builds for this distribution; may be repeated
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
-cd "$(dirname "$0")/.."
 root=$PWD
 export PATH="/usr/bin:$PATH"
 

@@ -11,8 +11,6 @@ case "$#:${1:-}" in
   0: | 1:--all) ;;
   *) wrong_use "unknown arguments $*" ;;
 esac
-cd "$(dirname "$0")/.."
-export PATH="/usr/bin:$PATH"
 use_compiler_cache
 
 # run PRESET TARGETS TESTS [EXCLUDED]: builds the targets and runs the tests that match TESTS but

@@ -46,8 +46,7 @@ for package in "${packages[@]}"; do
 done
 # The npm packages of the tests of the interactive page; these tests are left out without them.
 add_npm_packages() {
-  local web
-  web="$(dirname "$0")/../bench/hotpath_report/web"
+  local web=bench/hotpath_report/web
   ! for_any_of test || [ "$web/node_modules/.package-lock.json" -nt "$web/package-lock.json" ] ||
     npm ci --silent --ignore-scripts --prefix "$web" || echo "note: npm ci failed in $web" >&2
 }

@@ -5,7 +5,6 @@
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
 [ $# -eq 0 ] || wrong_use "unknown arguments $*"
-cd "$(dirname "$0")/.."
 
 step install launch_scripts/setup.sh build
 launch_scripts/setup.sh test & # what only the checks need, beside the build

@@ -6,7 +6,6 @@
 # minutes, and prints how many it did not reach. Exit code 1 after a finding.
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
-cd "$(dirname "$0")/.."
 export PATH="/usr/bin:$PATH"
 
 deadline=0 commits=()

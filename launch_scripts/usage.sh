@@ -1,7 +1,7 @@
 # shellcheck shell=bash
 # SPDX-License-Identifier: Apache-2.0
-# The other scripts of this folder source this file first. Their usage is the comment at their
-# beginning: with --help or -h they print it and do nothing else.
+# The other scripts of this folder source this file first, which leads them to the root of the tree.
+# Their usage is the comment at their beginning: with --help or -h they print it and do nothing else.
 script=$(realpath "$0")
 usage() { sed -n '/^#!/d; /^# SPDX/d; /^#/!q; s/^# \{0,1\}//p' "$script"; }
 # wrong_use MESSAGE: ends the script with exit code 2.
@@ -22,8 +22,11 @@ for argument in "$@"; do
     --help | -h) usage && exit 0 ;;
   esac
 done
-# use_compiler_cache: CMake compiles with ccache, if it is installed.
+cd "$(dirname "$script")/.."
+# use_compiler_cache: CMake compiles with ccache, if it is installed, and finds Debian's Python first:
+# another Python in PATH lacks Debian's modules.
 use_compiler_cache() {
+  export PATH="/usr/bin:$PATH"
   if command -v ccache >/dev/null; then
     export CMAKE_CXX_COMPILER_LAUNCHER=ccache
     # What ccache needs to store compilations with precompiled headers.
