@@ -10,12 +10,13 @@ export type RowsOf = "involved" | "tasks" | "threads";
 const RUNNING = 0; // its place among the causes
 const BAR = 20;
 const HEAD = 20;
+const STEPS = 8; // shares of a pixel that are told apart
 
 /** Jobs in order of start; `marked`: all of them belong to the selected chain. */
 type Row = { name: string; jobs: Job[]; marked: boolean };
 
-/** A job, or jobs that are within one pixel, and how long they run. */
-type Block = { job?: Job; start: number; end: number; busy: number };
+/** A job, or a time and the share of it in which jobs run. */
+type Block = { job?: Job; start: number; end: number; share: number };
 
 /** A rectangle of the last drawing, for tests. */
 type Shown = { what: "part" | "path" | "behind" | "arrow"; name: string; left: number; right: number };
@@ -110,27 +111,40 @@ export class Panel {
     }
   }
 
-  private *blocks({ jobs }: Row, { from, to, pixel }: View): Iterable<Block> {
-    let block: Block | undefined;
-    for (const job of jobs) {
-      if (job.end <= from || job.start >= to) continue;
-      const { start, end } = job;
-      const binned: boolean = block !== undefined && end <= block.start + pixel;
-      if (block && !binned) yield block;
-      block = block && binned ? { start: block.start, end, busy: block.busy + end - start } : { job, start, end, busy: end - start };
+  /** The visible jobs of a row, or sums if they are many. */
+  private *blocks({ jobs }: Row, { from, to, pixel, width }: View): Iterable<Block> {
+    const visible = jobs.filter((job) => job.end > from && job.start < to);
+    if (visible.length < width / 4) {
+      for (const job of visible) yield { job, start: job.start, end: job.end, share: 1 };
+      return;
     }
-    if (block) yield block;
+    const first = Math.floor(from / pixel);
+    const busy = new Float64Array(Math.ceil(to / pixel) - first + 1); // by pixel; nothing runs in the last one
+    for (const { start, end } of visible) {
+      const last = Math.min(busy.length - 2, Math.ceil(end / pixel) - 1 - first);
+      for (let b = Math.max(0, Math.floor(start / pixel) - first); b <= last; ++b) {
+        busy[b] += Math.min(end / pixel, first + b + 1) - Math.max(start / pixel, first + b);
+      }
+    }
+    let [begin, share] = [0, 0];
+    for (const [b, of] of busy.entries()) {
+      const rounded = Math.ceil(STEPS * Math.min(1, of));
+      if (rounded === share) continue;
+      if (share > 0) yield { start: (first + begin) * pixel, end: (first + b) * pixel, share: share / STEPS };
+      [begin, share] = [b, rounded];
+    }
   }
 
   private drawJobs(ctx: CanvasRenderingContext2D, view: View): void {
     const faint = theme("job");
     const running = `${this.store.document.causes[RUNNING].colour}99`;
     this.rows.forEach((row, k) => {
-      for (const { job, start, end, busy } of this.blocks(row, view)) {
-        const share = job ? 1 : Math.min(1, busy / view.pixel);
+      const [top, height] = [this.y(k) + 2, this.rowHeight - 5];
+      for (const { job, start, end, share } of this.blocks(row, view)) {
+        const left = view.x(start);
         ctx.fillStyle = row.marked || (job && this.chain.has(job.task)) ? running : faint;
-        ctx.globalAlpha = 0.25 + 0.75 * share; // short jobs stay visible
-        ctx.fillRect(view.x(start), this.y(k) + 2, Math.max(1, view.x(end) - view.x(start)), this.rowHeight - 5);
+        ctx.globalAlpha = 0.25 + 0.75 * share; // a lone short job stays visible
+        ctx.fillRect(left, top, Math.max(1, view.x(end) - left), height);
       }
     });
     ctx.globalAlpha = 1;
@@ -216,6 +230,8 @@ export class Panel {
 /** Text that fits into a width, with an ellipsis. */
 function clipped(ctx: CanvasRenderingContext2D, text: string, width: number): string {
   let fits = text;
-  for (let n = text.length - 1; n >= 0 && ctx.measureText(fits).width > width; --n) fits = `${text.slice(0, n)}…`;
+  for (let n = text.length; n > 0 && ctx.measureText(fits).width > width; fits = `${text.slice(0, n)}…`) {
+    n = Math.min(n - 1, Math.floor((text.length * width) / ctx.measureText(text).width));
+  }
   return fits;
 }
