@@ -122,8 +122,7 @@ class AdvisePhases(CommandTest):
 
     def test_runs_with_given_phases_say_when_timers_are_skipped(self) -> None:
         """A job that takes longer than the period makes its own timer skip, on any machine."""
-        graph = self.folder / "slow.yaml"
-        graph.write_text(graph_text(SENSOR.format("A", "20, phase_ms: 5", 30)))
+        graph = self.written("slow.yaml", graph_text(SENSOR.format("A", "20, phase_ms: 5", 30)))
         output = self.folder / "live"
         words = "--executors default --phases given --work wall --duration 0.5 --warm-up 0"
         options = (*words.split(), "--transport", "intra_process", "--output", output)

@@ -23,14 +23,12 @@ class AnalyzeCase(CommandTest):
 
     def graph(self, *nodes: str, chain: str = "", more: str = "") -> Path:
         """Writes a graph file of these nodes. `chain`: its sources, then its sink."""
-        path = self.folder / "graph.yaml"
         names = ", ".join(node.split("name: ")[1].split(",")[0] for node in nodes)
         if chain:
             *sources, sink = chain.split()
             of = f"name: chain, nodes: [{names}], sources: [{', '.join(sources)}], sink: {sink}"
             more += f"\nchains: [{{{of}}}]"
-        path.write_text(graph_text(*nodes, more=more))
-        return path
+        return self.written("graph.yaml", graph_text(*nodes, more=more))
 
     def simulated(
         self,

@@ -14,9 +14,8 @@ CRUNCH_MS = 4.2
 
 class Deployments(CommandTest):
     def write(self, name: str, *executors: str) -> Any:
-        path = self.folder / name
-        path.write_text("\n".join(["name: mine", "executors:", *(f"  - {{{e}}}" for e in executors)]))
-        return path
+        lines = ("name: mine", "executors:", *(f"  - {{{e}}}" for e in executors))
+        return self.written(name, "\n".join(lines))
 
     def check(self, run: Any) -> None:
         """Checks that every job ran on a worker of its task's executor."""
@@ -109,8 +108,9 @@ class Deployments(CommandTest):
 
     def test_callback_isolated_executor_configuration(self) -> None:
         written = self.accepted("graph", "autoware", "--as", "cie")
-        cie = self.folder / "threads.yaml"
-        cie.write_text(written.replace("SCHED_OTHER\n    nice: 0", "SCHED_FIFO\n    priority: 10", 1))
+        cie = self.written(
+            "threads.yaml", written.replace("SCHED_OTHER\n    nice: 0", "SCHED_FIFO\n    priority: 10", 1)
+        )
         self.rejected("graph", "autoware", "--as", "cie", "--deployment", "single", says="callback group")
         words = f"simulate --cores 2 --duration 1 --warm-up 0 --deployments cie:{cie}"
         run = self.measure(*words.split())

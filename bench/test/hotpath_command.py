@@ -208,6 +208,11 @@ class CommandTest(unittest.TestCase):
         self.environment = dict(os.environ, HOTPATH_FIGURES="none")
         expect_nothing_left_behind(self)
 
+    def written(self, name: str, text: str) -> Path:
+        """A file in the folder with this text."""
+        (self.folder / name).write_text(text)
+        return self.folder / name
+
     def words(self, *arguments: object) -> list[str]:
         """The words of a command. A text with spaces alone is a command line with `places` in braces."""
         if len(arguments) == 1 and " " in str(arguments[0]):

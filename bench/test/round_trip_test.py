@@ -155,10 +155,10 @@ class RoundTrip(ImportTest):
 
     def test_other_graphs_and_options(self) -> None:
         order = "PointCloudFusion: {delivery: [RayGroundFilter, VoxelGridDownsampler]}"
-        delivered = self.folder / "delivered.yaml"
-        delivered.write_text(AUTOWARE.read_text().replace("\nnodes:", f"\ntopics: {{{order}}}\nnodes:", 1))
-        two = self.folder / "two.yaml"
-        two.write_text(TWO_PROCESSES)
+        delivered = self.written(
+            "delivered.yaml", AUTOWARE.read_text().replace("\nnodes:", f"\ntopics: {{{order}}}\nnodes:", 1)
+        )
+        two = self.written("two.yaml", TWO_PROCESSES)
         costs = ("--platform", "dispatch_cost_us=5")
         cases: list[Any] = [(g, "--executors", e, *costs) for g, of in OTHERS.items() for e in of]
         cases += [(delivered, "--executors", e, *costs) for e in ("default", "events-ro", "rm-ro")]
@@ -193,9 +193,8 @@ class RoundTrip(ImportTest):
 
     def test_waits(self) -> None:
         """Two timers that are always due together run after one wait."""
-        graph = self.folder / "pair.yaml"
         node = "{name: %s, type: sensor, period_ms: 10, execution_time_ms: 1}"
-        graph.write_text(f"name: pair\nnodes:\n  - {node % 'A'}\n  - {node % 'B'}\n")
+        graph = self.written("pair.yaml", f"name: pair\nnodes:\n  - {node % 'A'}\n  - {node % 'B'}\n")
         plan = ("--executors", "default", "--phases", "synchronous")
         facts, run, found = self.round_trip("pair", *plan, graph=graph)
         self.check_instants(run, found, graph)

@@ -31,10 +31,6 @@ chains:
 
 
 class SimulateTest(CommandTest):
-    def write(self, name: str, text: str) -> Any:
-        (self.folder / name).write_text(text)
-        return self.folder / name
-
     def simulate(self, *arguments: object, output: str = "run") -> RunFolder:
         return self.stored("simulate", *arguments, output=output)
 
@@ -67,7 +63,7 @@ class Experiments(SimulateTest):
         platform = (
             "platform: {cores: 2, dispatch_cost_us: 10, delivery_delay_us: 100, execution_times: uniform}\n"
         )
-        graph = self.write("platform.yaml", TINY_CHAIN % (10, 4) + platform)
+        graph = self.written("platform.yaml", TINY_CHAIN % (10, 4) + platform)
         run = self.simulate("--graph", graph, "--executors", "events-ro", *BRIEF, output="file")
         self.assertEqual(run.run["platform"]["dispatch_cost_us"], 10)
         options = ("--cores", 1, "--platform", "dispatch_cost_us=0", "--execution-times", "worst")
@@ -146,7 +142,7 @@ class Timeline(SimulateTest):
             self.assertGreaterEqual(end["ts"], begun[flow]["ts"])
 
     def test_perfetto_trace_has_every_job_and_the_flows_between_them(self) -> None:
-        graph = self.write("chain.yaml", TINY_CHAIN % (10, 4))
+        graph = self.written("chain.yaml", TINY_CHAIN % (10, 4))
         run = self.simulate("--graph", graph, "--executors", "events-ro,rm-re", *BRIEF)
         file = self.folder / "trace.json"
         out = self.accepted("export", "perfetto", run.path, "--executors", "rm-re", "--output", file)

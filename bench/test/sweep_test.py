@@ -20,8 +20,7 @@ repetitions: 4
 
 class SweepTest(CommandTest):
     def sweep_file(self, text: Any = SWEEP) -> str:
-        (self.folder / "sweep.yaml").write_text(text)
-        return "sweep.yaml"
+        return self.written("sweep.yaml", text).name
 
     def table(self, folder: str | Path) -> Any:
         return (self.folder / folder / "table.csv").read_bytes()

@@ -103,9 +103,7 @@ class WatchTest(CommandTest):
 
     def file(self, *lines: str) -> Path:
         """A contract or a graph."""
-        path = self.folder / "input.yaml"
-        path.write_text("\n".join(lines) + "\n")
-        return path
+        return self.written("input.yaml", "\n".join(lines) + "\n")
 
     def contract(self, budget_ms: Any) -> Path:
         return self.file(
