@@ -63,6 +63,8 @@ class Overload(CommandTest):
         self.assertEqual(explained["warnings"][-1], f"multi:2 starves callbacks: {starved[0]}.")
         self.assertIn("\nmulti:2 is overloaded: ", self.accepted("analyze", *words, "--csv", "bounds.csv"))
         self.assertIn(",150", (self.folder / "bounds.csv").read_text())
+        self.accepted("simulate", "autoware", "--load", 140, "--duration", 2, "--output", "high")
+        self.accepted("report", "high", "--output", "page")  # some of its tasks have no bound
 
     def test_advice_keeps_a_timer_and_its_group_apart(self) -> None:
         out, advice = self.advise(SLOW, "--repetitions", 2, "--duration", 5)

@@ -5,13 +5,14 @@
 #include <cmath>
 #include <random>
 #include <stdexcept>
-#include <tuple>
 #include <unordered_map>
 
 namespace hotpath {
 
 bool same_rule(const Publication& a, const Publication& b) {
-  return std::tie(a.topic, a.rule, a.of, a.n, a.first) == std::tie(b.topic, b.rule, b.of, b.n, b.first);
+  Publication at_once = a;
+  at_once.at = b.at;
+  return at_once == b;
 }
 
 bool Callback::waits_for_sets() const {
@@ -36,13 +37,9 @@ std::vector<Duration> values_of(const std::vector<DurationQuantile>& quantiles) 
   return values;
 }
 
-bool operator==(const Callback& a, const Callback& b) {
-  const auto plain = [](const Callback& c) {
-    return std::tie(static_cast<const StatedTimer&>(c), c.task, c.input, c.worst, c.best, c.quantiles,
-                    c.group, c.publishes, c.stores_only, c.entity);
-  };
-  const bool same_times = a.measured && b.measured ? *a.measured == *b.measured : a.measured == b.measured;
-  return plain(a) == plain(b) && same_times;
+bool operator==(const StatedWork& a, const StatedWork& b) {
+  const bool same = a.measured && b.measured ? *a.measured == *b.measured : a.measured == b.measured;
+  return same && a.worst == b.worst && a.best == b.best && a.quantiles == b.quantiles;
 }
 
 std::vector<Callback> callbacks_of(const Node& node) {

@@ -62,7 +62,8 @@ def bounds_of(run: Run) -> Bounds:
         tightest: Bounds = {}
         for row in json.loads(output_of("analyze", graph, "--trace", run.folder, "--json")):
             key = (printable(row["executor"]), row["kind"], printable(row["name"]))
-            tightest[key] = min(tightest.get(key, math.inf), row["bound_ns"] / NS_PER_MS)
+            if row["bound_ns"] is not None:  # a method may bound other rows only
+                tightest[key] = min(tightest.get(key, math.inf), row["bound_ns"] / NS_PER_MS)
         bounds |= tightest
     return bounds
 
@@ -89,7 +90,7 @@ def of_samples(executors: Mapping[str, Sequence[str]], **parts: Any) -> dict[str
     parts."""
     found = [(k, e, f"{e}, {source}") for k, (source, names) in enumerate(executors.items()) for e in names]
     nothing: dict[str, Any] = {"tasks": [], "notes": [], "warm_up_ns": 0}
-    runs = [{"name": of, "source": of, "executors": names} | nothing for of, names in executors.items()]
+    runs = [{"name": of, "executors": names} | nothing for of, names in executors.items()]
     return {"causes": [], "rules": [], "targets": [], "series": curves_of(found), "runs": runs} | parts
 
 
@@ -100,7 +101,7 @@ def stored_part(runs: Sequence[Run]) -> dict[str, Any]:
     data: dict[str, Any] = printable_content(ask("page", [str(run.folder) for run in runs]))
     for run, of in zip(runs, data["runs"]):
         of["name"] = str(run.folder)
-        of |= {"source": run.facts["kind"], "warm_up_ns": round(run["warm_up_s"] * 1e9)}
+        of |= {"warm_up_ns": round(run["warm_up_s"] * 1e9)}
     return data
 
 

@@ -60,14 +60,20 @@ struct StatedTimer : TimerTimes {
   friend bool operator==(const StatedTimer&, const StatedTimer&) = default;
 };
 
-/// A timer or a subscription of a node; it becomes one task.
-struct Callback : StatedTimer {
-  std::string task;                    ///< Name of the task.
-  std::optional<std::uint32_t> input;  ///< Index into the node's inputs; std::nullopt: a timer.
-  Duration worst{}, best{};            ///< Execution time, 0 <= best <= worst.
+/// What a graph states of a callback's execution time.
+struct StatedWork {
+  Duration worst{}, best{};                               ///< 0 <= best <= worst.
   std::shared_ptr<const std::vector<Duration>> measured;  ///< Within [best, worst], >= 1; nullptr: none.
   std::string measured_file;  ///< Their file, relative to that of the graph; empty: in the graph.
-  std::vector<DurationQuantile> quantiles;       ///< The source of `measured`; empty: none.
+  std::vector<DurationQuantile> quantiles;  ///< The source of `measured`; empty: none.
+  /// Compares measured values, not where they are.
+  friend bool operator==(const StatedWork& a, const StatedWork& b);
+};
+
+/// A timer or a subscription of a node; it becomes one task.
+struct Callback : StatedTimer, StatedWork {
+  std::string task;                              ///< Name of the task.
+  std::optional<std::uint32_t> input;            ///< Index into the node's inputs; std::nullopt: a timer.
   std::uint32_t group = 0;                       ///< Index into the node's groups.
   std::vector<Publication> publishes;            ///< Each topic once.
   EntityKind entity = EntityKind::subscription;  ///< Subscriptions; others than these: Graph::service_wait.
@@ -81,8 +87,7 @@ struct Callback : StatedTimer {
   [[nodiscard]] bool publishes_early() const {
     return std::ranges::any_of(publishes, [](const Publication& p) { return p.at < 1; });
   }
-  /// Compares measured values, not their addresses.
-  friend bool operator==(const Callback& a, const Callback& b);
+  friend bool operator==(const Callback&, const Callback&) = default;
 };
 
 /// The six node types of the reference system (upstream's nodes/rclcpp/*.hpp), and a generic one.
