@@ -29,6 +29,11 @@ void choose_phases_option(CLI::App& advise, advise::Options& o) {
       ->group(kSystemGroup);
 }
 
+bool is_reference(const std::string& text) {
+  if (text == "reference" || text == "graph") return text == "reference";
+  throw UsageError("--costs: `" + text + "` is neither reference nor graph");
+}
+
 }  // namespace
 
 const Command kAdvise("Your robot", 110, [](CLI::App& app) {
@@ -59,10 +64,6 @@ const Command kAdvise("Your robot", 110, [](CLI::App& app) {
       "losses; by default CHAIN:age:p99 of the first chain, with --phases without a value CHAIN:age:worst");
   add(advise, "--now", o.now, "NAME", "Current executor or deployment, the baseline");
   add_cores_option(advise, o.cores);
-  const auto is_reference = [](const std::string& text) {
-    if (text == "reference" || text == "graph") return text == "reference";
-    throw UsageError("--costs: `" + text + "` is neither reference nor graph");
-  };
   add_parsed(advise, "--costs", o.reference_costs, is_reference, "reference|graph",
              "Costs of executors: measured for each on the reference machine, or those of the graph's "
              "platform for all; by default reference, with --phases without a value graph");

@@ -291,26 +291,30 @@ std::vector<std::string> gain_sentences(const Subject& a, const Totals& of_a, co
   return all;
 }
 
+std::string first_sentence(const Subject& subject, const Explanation& e) {
+  const std::string first = name_of(subject.set, e.path.front().job.ref()),
+                    last = name_of(subject.set, e.path.back().job.ref());
+  const std::string under = concat(" under ", subject.executor, " (repetition ", e.repetition, ")");
+  const std::string latency = ms(to_ms(e.latency));
+  const std::string output = concat("output ", e.path.back().job.sequence, " of ", subject.name, under);
+  return subject.latency == Latency::response
+             ? concat("Job ", last, under, " finished ", latency, " after its timestamp.")
+         : subject.latency == Latency::hot_path
+             ? concat("The hot path to ", output, " took ", latency, ", from the start of ", first,
+                      " to the start of ", last, ".")
+             : concat("The oldest data in ", output, " was ", latency, " old, from the timestamp of ", first,
+                      " to the finish of ", last, ".");
+}
+
 }  // namespace
 
 Report report(const Subject& subject, const Explanation& e) {
   const TaskSet& set = subject.set;
-  const std::string first = name_of(set, e.path.front().job.ref()),
-                    last = name_of(set, e.path.back().job.ref());
   const std::uint64_t sequence = e.path.back().job.sequence;
   Totals totals;
   totals.add(e);
-  const std::string under = concat(" under ", subject.executor, " (repetition ", e.repetition, ")");
-  const std::string latency = ms(to_ms(e.latency));
   Report r;
-  const std::string output = concat("output ", sequence, " of ", subject.name, under);
-  r.sentences.push_back(subject.latency == Latency::response
-                            ? concat("Job ", last, under, " finished ", latency, " after its timestamp.")
-                        : subject.latency == Latency::hot_path
-                            ? concat("The hot path to ", output, " took ", latency, ", from the start of ",
-                                     first, " to the start of ", last, ".")
-                            : concat("The oldest data in ", output, " was ", latency,
-                                     " old, from the timestamp of ", first, " to the finish of ", last, "."));
+  r.sentences.push_back(first_sentence(subject, e));
   const Items items = causes(totals);
   if (!items.empty()) r.sentences.push_back(concat("Its causes: ", shares(items, to_ms(e.latency)), "."));
   add_waits(r.sentences, "The longest waits were ", waits(set, totals));

@@ -100,32 +100,58 @@ std::vector<Pair> most_wrong(TaskSet set, const Levels& levels, const Agreement&
   return most;
 }
 
+RecordedSteps no_steps_yet(const RecordedGraph& graph, const RecordedWindow& window,
+                           const RecordedExecutor& executor) {
+  RecordedSteps steps;
+  steps.epoch = graph.epoch;
+  steps.own.resize(graph.tasks.set.size());
+  steps.ready.resize(graph.tasks.set.size());
+  steps.decided.resize(graph.tasks.set.size());
+  for (auto* of_thread : {&steps.has_timers, &steps.has_others}) of_thread->resize(executor.threads.size());
+  steps.ready_on.resize(executor.threads.size());
+  steps.deadline.assign(window.jobs.size(), kNever);
+  return steps;
+}
+
+using StepsOfEvents = std::vector<std::pair<RecordedStep, std::uint64_t>>;  // with their events
+
+/// 0: none.
+std::uint64_t event_of(const tracing::Job& publisher, Time published) {
+  std::uint64_t event = 0;
+  for (const tracing::Publication& p : publisher.published)
+    if (p.at == published) event = p.event;
+  return event;
+}
+
+/// The decision for a job or its start, and its end. `step` has its task, thread, number and readiness.
+void add_start(const tracing::Job& job, RecordedStep step, RecordedSteps& result, StepsOfEvents& all) {
+  result.ready[step.task].push_back(step.ready);
+  result.ready_on[step.thread].push_back(step.ready);
+  step.shows_decision = job.decided > Time{} && job.decided >= step.ready;
+  step.at = step.shows_decision ? job.decided : job.start;
+  result.decided[step.task].emplace_back(step.at, step.thread);
+  all.emplace_back(step, step.shows_decision ? job.question : job.started);
+  step.kind = RecordedStep::Kind::finish;
+  step.at = job.finish;
+  if (job.ended) all.emplace_back(step, job.finished);
+}
+
 }  // namespace
 
 RecordedSteps recorded_steps(const RecordedGraph& graph, const RecordedWindow& window,
                              std::span<const tracing::LostSample> lost, const RecordedExecutor& executor,
                              std::size_t most) {
   const TaskSet& set = graph.tasks.set;
-  RecordedSteps result;
-  result.epoch = graph.epoch;
-  result.own.resize(set.size());
-  result.ready.resize(set.size());
-  result.decided.resize(set.size());
-  for (auto* of_thread : {&result.has_timers, &result.has_others}) of_thread->resize(executor.threads.size());
-  result.ready_on.resize(executor.threads.size());
-  result.deadline.assign(window.jobs.size(), kNever);
+  RecordedSteps result = no_steps_yet(graph, window, executor);
   std::map<std::pair<TaskId, std::uint64_t>, std::uint32_t> job_at;  // by task and number
   const auto recorded_job = [&](const tracing::JobRef& ref) {
     const auto job = job_at.find({graph.task(ref), ref.number});
     return job == job_at.end() ? kNone : job->second;
   };
-  std::vector<std::pair<RecordedStep, std::uint64_t>> all;  // with their events
+  StepsOfEvents all;
   const auto add_arrival = [&](TaskId task, const tracing::Sample& sample) {
     const std::uint32_t parent = recorded_job(sample.parent);
-    std::uint64_t event = 0;
-    if (parent != kNone)
-      for (const tracing::Publication& p : window.jobs[parent].published)
-        if (p.at == sample.published) event = p.event;
+    const std::uint64_t event = parent == kNone ? 0 : event_of(window.jobs[parent], sample.published);
     using enum RecordedStep::Kind;
     all.push_back({{.kind = arrival, .at = sample.published, .task = task, .job = parent}, event});
   };
@@ -148,16 +174,7 @@ RecordedSteps recorded_steps(const RecordedGraph& graph, const RecordedWindow& w
     ++result.starts;
     last = job.start;
     if (!timer) add_arrival(task, job.sample);
-    result.ready[task].push_back(ready);
-    result.ready_on[t].push_back(ready);
-    const bool shows = job.decided > Time{} && job.decided >= ready;
-    const Time at = shows ? job.decided : job.start;
-    RecordedStep step{.shows_decision = shows, .at = at, .task = task, .thread = t, .job = j, .ready = ready};
-    result.decided[task].emplace_back(at, t);
-    all.emplace_back(step, shows ? job.question : job.started);
-    step.kind = RecordedStep::Kind::finish;
-    step.at = job.finish;
-    if (job.ended) all.emplace_back(step, job.finished);
+    add_start(job, {.task = task, .thread = t, .job = j, .ready = ready}, result, all);
   }
   for (const tracing::LostSample& sample : lost) {
     const TaskId task = graph.task({sample.subscription, 0});

@@ -256,10 +256,7 @@ void Entities::collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& foun
         add(EntryKind::waitable, w, [&](Entry& e) {
           const auto intra_process = std::dynamic_pointer_cast<IntraProcess>(w);
           e.intra_process = intra_process != nullptr;
-          if (!intra_process) {
-            e.id += "@Waitable";
-            return;
-          }
+          if (!intra_process) return void(e.id += "@Waitable");
           describe_topic(e, *intra_process);
           const auto s = subscription_of.find(Handle(w));
           if (s == subscription_of.end()) return;
