@@ -127,12 +127,12 @@ Graph load_graph(const std::string& path, const std::vector<std::string>& set) {
   map.read("name", graph.name);
   map.read("description", graph.description);
   map.read("work", graph.work);
-  map.read("ros_distro", graph.release);
+  map.read_all(graph_keys::kOfGraph, graph);
   for (const YamlValue& node : map.needed("nodes").list("a node")) read_node(node, source);
   const auto has_service = [](const Node& n) {
     return std::ranges::any_of(n.callbacks, [](const Callback& c) { return is_service(c.entity); });
   };
-  if (map.read("service_wait_ms", graph.service_wait) && std::ranges::none_of(graph.nodes, has_service))
+  if (map.find("service_wait_ms") && std::ranges::none_of(graph.nodes, has_service))
     map.find("service_wait_ms")
         ->fail("no callback of the graph is a service",
                "give `service: true`, `client: true` or `waitable: true` (an action) to the subscriptions "

@@ -109,10 +109,7 @@ Node read_short_form(const GraphMap& map, const std::string& subject, NodeType t
   ReferenceNode node;
   node.name = map.needed("name").name();
   node.type = type;
-  if (type == NodeType::sensor || type == NodeType::cyclic) {
-    read_timer(map, node);
-    map.read("priority", node.priority);
-  }
+  if (type == NodeType::sensor || type == NodeType::cyclic) read_timer(map, node);
   read_execution_time(map, subject, node);
   map.read("callback_group", node.group);
   const auto add_input = [&](const YamlValue& value) {
@@ -255,9 +252,9 @@ class LongForm {
       node_.inputs.push_back({name});
       map.read("depth", node_.inputs.back().depth);
       read_entity(map, callback);
+      map.read("priority", callback.priority);
       lines_.inputs.push_back(subscription->line());
     }
-    map.read("priority", callback.priority);
     if (const auto given = map.find("execution_time_ms")) read_execution_time(*given, folder_, callback);
     callback.group = group_of(map);
     node_.callbacks.push_back(std::move(callback));

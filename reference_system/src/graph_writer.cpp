@@ -30,8 +30,7 @@ class Writer : private YamlWriter {
     pair("name", graph_.name);
     pair(KeysOf::graph, "description", graph_.description);
     pair("work", graph_.work);
-    pair(KeysOf::graph, "service_wait_ms", graph_.service_wait);
-    pair(KeysOf::graph, "ros_distro", graph_.release);
+    pairs(KeysOf::graph, graph_keys::kOfGraph, graph_);
     if (graph_.platform != GraphPlatform{}) platform(graph_.platform);
     topics();
     list("nodes", graph_.nodes, [&](const Node& n) { node(n); });
@@ -143,7 +142,6 @@ class Writer : private YamlWriter {
   void timer(KeysOf of, Callback c) {
     if (c.deadline == c.period) c.deadline = {};
     pairs(of, graph_keys::kOfTimer, c);
-    pair(of, "priority", c.priority);
   }
 
   void input(const Node& n, const Callback& c) {

@@ -142,7 +142,10 @@ inline constexpr auto kAll = std::to_array<GraphKey>({
 inline constexpr auto kOfTimer =
     std::make_tuple(std::pair("period_ms", &StatedTimer::period), std::pair("phase_ms", &StatedTimer::phase),
                     std::pair("deadline_ms", &StatedTimer::deadline),
-                    std::pair("release_jitter_ms", &StatedTimer::release_jitter));
+                    std::pair("release_jitter_ms", &StatedTimer::release_jitter),
+                    std::pair("priority", &StatedTimer::priority));
+inline constexpr auto kOfGraph = std::make_tuple(std::pair("service_wait_ms", &Graph::service_wait),
+                                                 std::pair("ros_distro", &Graph::release));
 inline constexpr auto kOfPlatform = std::make_tuple(
     std::pair("cores", &GraphPlatform::cores), std::pair("timer_thread", &GraphPlatform::timer_thread),
     std::pair("execution_times", &GraphPlatform::execution_times));
