@@ -56,7 +56,7 @@ void describe_topic(Entry& entry, const auto& reader) {
   entry.task.service = entry.topic == kParameterEvents;
 }
 
-void describe_timer(Entry& entry, const rclcpp::TimerBase& timer) {
+void describe_timer(Entry& entry, rclcpp::TimerBase& timer) {
   entry.handle = timer.get_timer_handle().get();
   std::int64_t period = 0;
   if (rcl_timer_get_period(timer.get_timer_handle().get(), &period) != RCL_RET_OK) rcl_reset_error();
