@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "commands/command.hpp"
+#include "guarantees/analyze.hpp"
 #include "hotpath/analysis/parallel.hpp"
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/core/suggestion.hpp"
