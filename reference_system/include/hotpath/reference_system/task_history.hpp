@@ -126,7 +126,7 @@ class BoundedHistory {
 
  private:
   std::array<Stat, kCapacity> entries_;
-  std::uint32_t size_, padding_;
+  std::uint32_t size_;
 };
 
 /// The content of Message4kb, in at most 4096 bytes and without generated message code.
