@@ -70,10 +70,10 @@ void read_platform(const YamlValue& value, GraphPlatform& platform) {
   };
   for (const PlatformCost& cost : kPlatformCosts)
     read_us(cost.key, [&](Duration time) { cost.set(platform, time); });
-  auto& [longest, median, samples] = platform.measured_delivery;
-  read_us("measured_delivery_us", [&](Duration time) { longest = time; });
-  read_us("median_delivery_us", [&](Duration time) { median = time; });
-  map.read("delivery_samples", samples);
+  MeasuredDelivery& delivery = platform.measured_delivery;
+  read_us("measured_delivery_us", [&](Duration time) { delivery.longest = time; });
+  read_us("median_delivery_us", [&](Duration time) { delivery.median = time; });
+  map.read("delivery_samples", delivery.samples);
 }
 
 /// The maps of keys that `--set` changes, by name: nodes, or the tasks of a
