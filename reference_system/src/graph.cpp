@@ -5,14 +5,13 @@
 #include <cmath>
 #include <random>
 #include <stdexcept>
+#include <tuple>
 #include <unordered_map>
 
 namespace hotpath {
 
 bool same_rule(const Publication& a, const Publication& b) {
-  Publication at_once = a;
-  at_once.at = b.at;
-  return at_once == b;
+  return std::tie(a.topic, a.rule, a.of, a.n, a.first) == std::tie(b.topic, b.rule, b.of, b.n, b.first);
 }
 
 bool Callback::waits_for_sets() const {
