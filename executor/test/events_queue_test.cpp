@@ -79,13 +79,13 @@ TEST(PriorityEventsQueue, WithBusyGroupsGivesTheSameJobsAsASearch) {
       queue.erase(gone, [](const Job&) {});
       searched.erase(gone, [](const Job&) {});
       const auto of_task = [&](const Job& j) { return j.task == wanted; };
-      ASSERT_EQ(queue.pop_first(of_task).has_value(), searched.pop_first(of_task).has_value());
+      ASSERT_EQ(queue.pop_first(of_task) == nullptr, searched.pop_first(of_task) == nullptr);
     }
-    const auto next = queue.pop_free(set, busy);
-    const auto expected = searched.pop_first([&](const Job& j) { return !busy[set[j.task].group]; });
-    ASSERT_EQ(next.has_value(), expected.has_value()) << step;
+    const Job* const next = queue.pop_free(set, busy);
+    const Job* const expected = searched.pop_first([&](const Job& j) { return !busy[set[j.task].group]; });
+    ASSERT_EQ(next == nullptr, expected == nullptr) << step;
     ASSERT_EQ(queue.size(), searched.size());
-    if (!next) continue;
+    if (next == nullptr) continue;
     ASSERT_EQ(next->ref(), expected->ref()) << step;
     busy[set[next->task].group] = true;
     ++taken;

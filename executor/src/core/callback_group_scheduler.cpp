@@ -41,8 +41,8 @@ class CallbackGroupScheduler final : public ExploredScheduler {
       return decision;
     }
     if (woken_ == worker) woken_.reset();
-    const std::optional<Job> event = next_event();
-    if (!event) {
+    const Job* const event = next_event();
+    if (event == nullptr) {
       idle_.insert(worker);
       return decision;
     }
@@ -151,11 +151,11 @@ class CallbackGroupScheduler final : public ExploredScheduler {
     return job;
   }
   /// Removes the event that runs next from its group, and the group from the ready groups.
-  std::optional<Job> next_event() {
-    if (ready_groups_.empty()) return std::nullopt;
-    std::optional<Job> event;
+  const Job* next_event() {
+    if (ready_groups_.empty()) return nullptr;
+    const Job* event = nullptr;
     if (!follows()) {
-      event = groups_[ready_groups_.front()].events.pop();
+      event = &groups_[ready_groups_.front()].events.pop();
       ready_groups_.erase(ready_groups_.begin());
       return event;
     }
@@ -165,7 +165,7 @@ class CallbackGroupScheduler final : public ExploredScheduler {
         bool first = true;
         event = groups_[group].events.pop_first(
             [&](const Job& job) { return (std::exchange(first, false) || later) && may_run(job.task); });
-        return event.has_value();
+        return event != nullptr;
       };
       const auto group = std::ranges::find_if(ready_groups_, take_from);
       if (group == ready_groups_.end()) continue;

@@ -21,29 +21,28 @@ void describe_job(const Job& job, StateWords& words) {
 void SimpleEventsQueue::push(const Job& job) {
   if (count_ == ring_.size()) {
     std::vector<Job> larger(2 * ring_.size());
-    for (std::size_t i = 0; i < count_; ++i) larger[i] = ring_[(head_ + i) & (ring_.size() - 1)];
+    for (std::size_t i = 0; i < count_; ++i) larger[i] = ring_[place(i)];
     ring_.swap(larger);
     head_ = 0;
   }
-  ring_[(head_ + count_) & (ring_.size() - 1)] = job;
+  ring_[place(count_)] = job;
   ++count_;
 }
 
-Job SimpleEventsQueue::pop() {
+const Job& SimpleEventsQueue::pop() {
   assert(count_ > 0);
-  const Job job = ring_[head_];
-  head_ = (head_ + 1) & (ring_.size() - 1);
+  const Job& job = ring_[head_];
+  head_ = place(1);
   --count_;
   return job;
 }
 
-std::optional<Job> SimpleEventsQueue::pop_first(const std::function<bool(const Job&)>& may_run) {
-  std::optional<Job> first;
-  for (std::size_t left = count_; left > 0; --left) {
-    const Job job = pop();
-    !first&& may_run(job) ? static_cast<void>(first = job) : push(job);
-  }
-  return first;
+const Job* SimpleEventsQueue::pop_first(const std::function<bool(const Job&)>& may_run) {
+  std::size_t i = 0;
+  while (i < count_ && !may_run(ring_[place(i)])) ++i;
+  if (i == count_) return nullptr;
+  for (; i > 0; --i) std::swap(ring_[place(i)], ring_[place(i - 1)]);
+  return &pop();
 }
 
 void SimpleEventsQueue::erase(TaskId task, const std::function<void(const Job&)>& erased) {
@@ -93,22 +92,22 @@ void PriorityEventsQueue::gather() {
   std::make_heap(heap_.begin(), heap_.end(), runs_later);
 }
 
-Job PriorityEventsQueue::pop() {
+const Job& PriorityEventsQueue::pop() {
   gather();
   assert(!heap_.empty());
   return job_of(take_first(heap_));
 }
 
-std::optional<Job> PriorityEventsQueue::pop_free(const TaskSet& set, const std::vector<bool>& busy) {
+const Job* PriorityEventsQueue::pop_free(const TaskSet& set, const std::vector<bool>& busy) {
   while (!heap_.empty()) {
     const Entry first = take_first(heap_);
     const std::uint32_t group = set[slots_[first.slot].task].group;
-    if (!busy[group]) return job_of(first);
+    if (!busy[group]) return &job_of(first);
     if (group >= of_group_.size()) of_group_.resize(busy.size());
     insert(of_group_[group], first);
     ++aside_;
   }
-  return std::nullopt;
+  return nullptr;
 }
 
 void PriorityEventsQueue::group_freed(std::uint32_t group) {
@@ -117,18 +116,18 @@ void PriorityEventsQueue::group_freed(std::uint32_t group) {
   --aside_;
 }
 
-std::optional<Job> PriorityEventsQueue::pop_first(const std::function<bool(const Job&)>& may_run) {
+const Job* PriorityEventsQueue::pop_first(const std::function<bool(const Job&)>& may_run) {
   gather();
-  if (heap_.empty()) return std::nullopt;
-  if (may_run(slots_[heap_.front().slot])) return pop();
+  if (heap_.empty()) return nullptr;
+  if (may_run(slots_[heap_.front().slot])) return &pop();
   // A sorted array is a heap, also without one of its elements.
   std::sort(heap_.begin(), heap_.end(), [](const Entry& a, const Entry& b) { return a.key < b.key; });
   const auto first =
       std::find_if(heap_.begin() + 1, heap_.end(), [&](const Entry& e) { return may_run(slots_[e.slot]); });
-  if (first == heap_.end()) return std::nullopt;
+  if (first == heap_.end()) return nullptr;
   const Entry entry = *first;
   heap_.erase(first);
-  return job_of(entry);
+  return &job_of(entry);
 }
 
 void PriorityEventsQueue::erase(TaskId task, const std::function<void(const Job&)>& erased) {

@@ -21,47 +21,47 @@ void EventsScheduler::describe(StateWords& words) const {
 }
 
 Arrival EventsScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time now) {
-  const std::optional<Job> overwritten = add_unread(task, sample);
-  Job job = unread_.peek(task, unread_.count(task) - 1);
+  Job job = next_sample(task, sample);
+  Arrival arrival{executors(), unread_.push(task, job)};
   job.release = now;
   events_->push(job);
   if (set_[task].service) services_.arrived(task, now);
-  return {executors(), overwritten};
+  return arrival;
 }
 
-std::optional<Job> EventsScheduler::next_of(EventsQueue& queue) const {
-  if (!follows()) return timer_management() == 1 ? queue.pop() : queue.pop_free(set_, busy_);
+const Job* EventsScheduler::next_of(EventsQueue& queue) const {
+  if (!follows()) return timer_management() == 1 ? &queue.pop() : queue.pop_free(set_, busy_);
   return queue.pop_first([this](const Job& job) { return is_free(job.task) && may_run(job.task); });
 }
 
-Decision EventsScheduler::next_event(Time now) {
-  if (events_->empty()) return {};
-  Decision decision{next_job(now), kNever, {}};
-  std::optional<Job>& job = decision.job;
-  if (job && unread_.is_subscription(job->task)) {
+Decision EventsScheduler::decide_events(Time now) {
+  Decision decision;
+  const Job* const event = events_->empty() ? nullptr : next_event(now);
+  if (event == nullptr) return decision;
+  const bool of_sample = unread_.is_subscription(event->task);
+  if (of_sample && unread_.count(event->task) > 0) {
     // An event is not tied to one sample: it takes the oldest unread sample at the moment it runs.
     // If the history overflowed, that sample may be younger than the one that raised the event.
-    const Time release = job->release;
-    if (unread_.count(job->task) > 0) {
-      *job = unread_.pop(job->task);
-      job->release = std::max(release, job->timestamp);
-    } else {
-      job->empty = true;
-    }
+    decision.job = unread_.pop(event->task);
+    decision.job->release = std::max(event->release, decision.job->timestamp);
+  } else {
+    decision.job = *event;
+    decision.job->empty = of_sample;
   }
   return decision;
 }
 
-std::optional<Job> EventsScheduler::next_job(Time now) {
+const Job* EventsScheduler::next_event(Time now) {
   const auto overdue = services_.overdue(now, [this](TaskId task) { return is_free(task) && may_run(task); });
   if (overdue) services_.started_overdue(now);
-  std::optional<Job> job =
+  const Job* const event =
       overdue ? events_->pop_first([&](const Job& j) { return j.task == *overdue; }) : next_of(*events_);
-  if (!job) return job;
-  if (set_[job->task].service) services_.started(job->task);
-  const std::uint32_t group = set_[job->task].group;
-  if (timer_management() > 1) busy_[group] = set_.groups[group] == CallbackGroup::mutually_exclusive;
-  return job;
+  if (event == nullptr) return event;
+  const Task& task = set_[event->task];
+  if (task.service) services_.started(event->task);
+  if (timer_management() > 1)
+    busy_[task.group] = set_.groups[task.group] == CallbackGroup::mutually_exclusive;
+  return event;
 }
 
 Effect EventsScheduler::finished(Worker worker, const Job& job, Time now) {

@@ -122,7 +122,7 @@ class Simulation {
       SimulatedWorkers::State& worker = workers_[w];
       if (worker.step == Step::run && worker.until <= now_ && worker.ends_in_next_round()) done_.push_back(w);
     }
-    std::sort(done_.begin(), done_.end());
+    if (done_.size() > 1) std::sort(done_.begin(), done_.end());
     for (const Worker w : done_) finish_job(w);
   }
 

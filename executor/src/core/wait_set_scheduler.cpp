@@ -36,6 +36,7 @@ WaitSet::WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first,
   entities_ = in_order_of_kinds(set_, entity_order, runs_first);
   std::erase_if(entities_, [this](TaskId id) { return !set_[id].local; });
   snapshot_.reserve(entities_.size());
+  for (const TaskId id : entities_) note_asked(id);
   threads_alike_ = are_alike(set_, workers);
 }
 
@@ -48,6 +49,7 @@ Joined WaitSet::add_task(const JoiningTask& joining, Time now) {
     return place_of_kind(set_[other], runs_first_) > place_of_kind(set_[id], runs_first_);
   });
   entities_.insert(behind, id);
+  note_asked(id);
   snapshot_.add_task();
   snapshot_.reserve(entities_.size());
   return {id, joined(id)};
@@ -88,15 +90,20 @@ void WaitSet::begin(Time epoch) {
 Decision WaitSetScheduler::decide(Worker worker, Time now) {
   // A recorded schedule shows who had the mutex, and when waits ended.
   const bool shared = workers().size() > 1 && !follows();
-  if (shared && wait_mutex_.blocks(worker)) return {.job = {}, .wake = {}, .blocked = true};
+  Decision decision;
+  decision.blocked = shared && wait_mutex_.blocks(worker);
+  if (decision.blocked) return decision;
   const bool slept = wait_mutex_.enter(worker);
   if (slept) poll(now, [this](TaskId id) { return is_waited_for(id); });
-  Decision decision{pick(now), kNever, {}};
-  if (!decision.job && shared) return begin_wait(worker, now);
+  pick(now, decision);
+  if (!decision.job && shared) {
+    begin_wait(worker, now, decision);  // and no return of its result: with one variable none is copied
+    return decision;
+  }
   if (!decision.job) {
     if (blocked_ == Blocked::forgotten) forget_snapshot();
     const std::uint32_t tasks = poll(now, [this](TaskId id) { return group_free(id); });
-    decision.job = pick(now);
+    pick(now, decision);
     if (decision.job && !slept) decision.waited_for = tasks;
   }
   if (decision.job) {
@@ -107,25 +114,24 @@ Decision WaitSetScheduler::decide(Worker worker, Time now) {
   return decision;
 }
 
-Decision WaitSetScheduler::begin_wait(Worker worker, Time now) {
+void WaitSetScheduler::begin_wait(Worker worker, Time now, Decision& decision) {
   if (blocked_ == Blocked::forgotten) forget_snapshot();
   wait_mutex_.wait(worker);
   left_out_ = group_busy_;
-  Decision decision;
   decision.waited_for = static_cast<std::uint32_t>(entities().size());
   const bool has_sample =
       std::ranges::any_of(entities(), [&](TaskId id) { return unread_.count(id) > 0 && group_free(id); });
   decision.wake_at = has_sample ? now : next_timer([this](TaskId id) { return group_free(id); });
-  return decision;
 }
 
 Decision StaticScheduler::decide(Worker, Time now) {
   if (runs_ == Runs::one) forget_snapshot();
-  Decision decision{next_ready(now), kNever, {}};
+  Decision decision;
+  next_ready(now, decision);
   if (!decision.job) {
     forget_snapshot();
     const std::uint32_t tasks = poll(now, [](TaskId) { return true; });
-    decision.job = next_ready(now);
+    next_ready(now, decision);
     if (!sleeps_ && decision.job) decision.waited_for = tasks;
   }
   sleeps_ = !decision.job;
@@ -165,20 +171,21 @@ void RebuiltWaitSetScheduler::rebuild() {
                            [this](TaskId id) { return place_of_kind(set_[id], TaskKind::timer); });
 }
 
-std::optional<Job> RebuiltWaitSetScheduler::wait(Time now) {
+void RebuiltWaitSetScheduler::wait(Time now, Decision& decision) {
   forget_snapshot();
   for (const TaskId id : waited_) poll_task(id, now);
   if (std::exchange(interrupted_, false)) needs_rebuild_ = true;
-  return pick(now);
+  pick(now, decision);
 }
 
 Decision RebuiltWaitSetScheduler::decide(Worker worker, Time now) {
   // A worker that slept returns from its wait.
-  Decision decision{wait_mutex_.enter(worker) ? wait(now) : pick(now), kNever, {}};
+  Decision decision;
+  wait_mutex_.enter(worker) ? wait(now, decision) : pick(now, decision);
   while (!decision.job) {
     if (needs_rebuild_) rebuild();
     decision.waited_for = static_cast<std::uint32_t>(waited_.size());
-    decision.job = wait(now);
+    wait(now, decision);
     if (!needs_rebuild_) break;
   }
   if (decision.job) {

@@ -16,15 +16,14 @@ class EventsQueue {
  public:
   virtual ~EventsQueue() = default;
   virtual void push(const Job& job) = 0;
-  /// Removes the job that runs next. The queue must not be empty.
-  [[nodiscard]] virtual Job pop() = 0;
-  /// Removes the first job, in execution order, for which `may_run` is true; std::nullopt if there
-  /// is none. O(n), and more for an order by priority.
-  [[nodiscard]] virtual std::optional<Job> pop_first(const std::function<bool(const Job&)>& may_run) = 0;
-  /// Removes the first job, in execution order, whose callback group is not `busy`; std::nullopt if
-  /// there is none. The same set and groups in each call; group_freed() reports each group that is
-  /// busy no more.
-  [[nodiscard]] virtual std::optional<Job> pop_free(const TaskSet& set, const std::vector<bool>& busy) {
+  /// Removes the job that runs next; it stays where it is until the next call. The queue must not be empty.
+  [[nodiscard]] virtual const Job& pop() = 0;
+  /// Removes the first job, in execution order, for which `may_run` is true; nullptr if there is none.
+  /// O(n), and more for an order by priority.
+  [[nodiscard]] virtual const Job* pop_first(const std::function<bool(const Job&)>& may_run) = 0;
+  /// Removes the first job, in execution order, whose callback group is not `busy`; nullptr if there is
+  /// none. The same set and groups in each call; group_freed() reports each group that is busy no more.
+  [[nodiscard]] virtual const Job* pop_free(const TaskSet& set, const std::vector<bool>& busy) {
     return pop_first([&](const Job& job) { return !busy[set[job.task].group]; });
   }
   virtual void group_freed(std::uint32_t /*group*/) {}
@@ -49,17 +48,19 @@ class SimpleEventsQueue final : public EventsQueue {
   /// `capacity`: number of jobs before the first allocation; a power of two.
   explicit SimpleEventsQueue(std::size_t capacity = 64) : ring_(capacity) {}
   void push(const Job& job) override;
-  Job pop() override;
-  std::optional<Job> pop_first(const std::function<bool(const Job&)>& may_run) override;
+  const Job& pop() override;
+  const Job* pop_first(const std::function<bool(const Job&)>& may_run) override;
   std::size_t size() const override { return count_; }
   void erase(TaskId task, const std::function<void(const Job&)>& erased) override;
   void for_each(const std::function<void(const Job&)>& visit) const override {
-    for (std::size_t i = 0; i < count_; ++i) visit(ring_[(head_ + i) & (ring_.size() - 1)]);
+    for (std::size_t i = 0; i < count_; ++i) visit(ring_[place(i)]);
   }
   std::unique_ptr<EventsQueue> clone() const override { return std::make_unique<SimpleEventsQueue>(*this); }
   void describe(StateWords& words) const override;
 
  private:
+  [[nodiscard]] std::size_t place(std::size_t i) const { return (head_ + i) & (ring_.size() - 1); }
+
   std::vector<Job> ring_;  // size is a power of two
   std::size_t head_ = 0, count_ = 0;
 };
@@ -75,11 +76,11 @@ class PriorityEventsQueue final : public EventsQueue {
     free_.reserve(kReserved);
   }
   void push(const Job& job) override;
-  Job pop() override;
-  std::optional<Job> pop_first(const std::function<bool(const Job&)>& may_run) override;
+  const Job& pop() override;
+  const Job* pop_first(const std::function<bool(const Job&)>& may_run) override;
   /// Sets jobs of busy groups aside, each group's in a heap of its own, so that no later call looks
   /// at them until their group is free.
-  std::optional<Job> pop_free(const TaskSet& set, const std::vector<bool>& busy) override;
+  const Job* pop_free(const TaskSet& set, const std::vector<bool>& busy) override;
   void group_freed(std::uint32_t group) override;
   std::size_t size() const override { return heap_.size() + aside_; }
   void erase(TaskId task, const std::function<void(const Job&)>& erased) override;
@@ -101,7 +102,7 @@ class PriorityEventsQueue final : public EventsQueue {
   static Entry take_first(std::vector<Entry>& heap);
   static void insert(std::vector<Entry>& heap, const Entry& entry);
   /// Frees the slot of an entry that is in no heap any more.
-  Job job_of(const Entry& entry) {
+  const Job& job_of(const Entry& entry) {
     free_.push_back(entry.slot);
     return slots_[entry.slot];
   }

@@ -51,9 +51,9 @@ class EventsScheduler : public ExploredScheduler {
     return all;
   }
   /// An executor worker's decision.
-  Decision next_event(Time now);
-  /// Takes the first job that may run from a queue, which is not empty.
-  [[nodiscard]] std::optional<Job> next_of(EventsQueue& queue) const;
+  Decision decide_events(Time now);
+  /// Takes the first job that may run from a queue, which is not empty; nullptr if there is none.
+  [[nodiscard]] const Job* next_of(EventsQueue& queue) const;
   /// Visits the events queue and any further queue of a derived class.
   virtual void for_each_queue(const std::function<void(EventsQueue&)>& visit) { visit(*events_); }
 
@@ -65,7 +65,7 @@ class EventsScheduler : public ExploredScheduler {
   [[nodiscard]] bool is_free(TaskId task) const {
     return timer_management() == 1 || !busy_[set_[task].group];
   }
-  [[nodiscard]] std::optional<Job> next_job(Time now);
+  [[nodiscard]] const Job* next_event(Time now);
 
   ServiceJobs services_;
   std::vector<bool> busy_;  // by callback group; used with several executor workers
@@ -84,7 +84,7 @@ class ReleaseOnlyScheduler final : public EventsScheduler {
 
   Effect release_timers(Worker worker, Time now) override;
   Decision decide(Worker worker, Time now) override {
-    if (worker != timer_management()) return next_event(now);
+    if (worker != timer_management()) return decide_events(now);
     return {std::nullopt, timers_.next_due(), {}};
   }
   [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
@@ -104,7 +104,7 @@ class ReleaseAndExecuteScheduler final : public EventsScheduler {
 
   Effect release_timers(Worker, Time) override { return {}; }
   Decision decide(Worker worker, Time now) override {
-    if (worker == kExecutor) return next_event(now);
+    if (worker == kExecutor) return decide_events(now);
     if (!timers_.due(now)) return {std::nullopt, timers_.next_due(), {}};
     if (!follows()) return {timers_.call_head(now), kNever, {}};
     const auto job = timers_.call_first(now, [this](TaskId timer) { return may_run(timer); });
@@ -123,9 +123,10 @@ class TimerReadyQueueScheduler final : public EventsScheduler {
 
   Effect release_timers(Worker worker, Time now) override;
   Decision decide(Worker worker, Time now) override {
-    if (worker == kExecutor) return next_event(now);
-    const std::optional<Job> job = timer_ready_->empty() ? std::nullopt : next_of(*timer_ready_);
-    return {job, job ? kNever : timers_.next_due(), {}};
+    if (worker == kExecutor) return decide_events(now);
+    const Job* const job = timer_ready_->empty() ? nullptr : next_of(*timer_ready_);
+    if (job == nullptr) return {std::nullopt, timers_.next_due(), {}};
+    return {*job, kNever, {}};
   }
   void unfinished(Time now, const Visitor& visit) const override {
     timer_ready_->for_each([&](const Job& job) { visit(job, Outcome::queued); });

@@ -85,13 +85,17 @@ class ExploredScheduler : public Scheduler {
     assert(own_set_.use_count() == 1 && "clones share their tasks");
     return *own_set_;
   }
+  /// The job of a sample that arrives.
+  Job next_sample(TaskId task, const SampleInfo& sample) {
+    return {.task = task,
+            .sequence = arrived_[task]++,
+            .timestamp = sample.published,
+            .deadline = sample.deadline,
+            .parent = sample.parent};
+  }
   /// Returns the sample that the new one replaced if the history was full.
   std::optional<Job> add_unread(TaskId task, const SampleInfo& sample) {
-    return unread_.push(task, {.task = task,
-                               .sequence = arrived_[task]++,
-                               .timestamp = sample.published,
-                               .deadline = sample.deadline,
-                               .parent = sample.parent});
+    return unread_.push(task, next_sample(task, sample));
   }
   void drop_unread(TaskId task, const Visitor& dropped) {
     while (unread_.count(task) > 0) dropped(unread_.pop(task), Outcome::queued);

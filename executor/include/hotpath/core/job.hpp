@@ -28,9 +28,11 @@ struct Job {
   Time timestamp{};           ///< Nominal release instant (timer) or publication instant (subscription).
   Time release{};             ///< When the job entered the ready queue (events) or the wait set's snapshot.
   Time deadline = kNever;     ///< Absolute; a subscription's job inherits the deadline of the publishing job.
-  JobRef parent{};            ///< Subscriptions: the publishing job.
   std::uint32_t skipped = 0;  ///< Timers: timestamps after this one for which no job is ever released.
   bool empty = false;         ///< Subscriptions: no sample is left for this event.
+  /// Subscriptions: the publishing job. The last member, because jobs without padding at their end are copied
+  /// in whole words.
+  JobRef parent{};
 
   [[nodiscard]] JobRef ref() const { return {task, sequence}; }
 };

@@ -55,10 +55,9 @@ class WaitSet : public ExploredScheduler {
   std::uint32_t poll(Time now, Eligible&& eligible) {
     const Timer* timer = timers_.data();
     for (const TaskId id : entities_) {
-      if (unread_.is_subscription(id) ? unread_.count(id) == 0 && !is_asked_at_turn(id)
-                                      : !timer++->is_ready(now))
-        continue;
-      if (eligible(id)) snapshot_.add(id, now);
+      const bool ready = unread_.is_subscription(id) ? unread_.count(id) > 0 || is_asked_at_turn(id)
+                                                     : timer++->is_ready(now);
+      if (ready && eligible(id)) snapshot_.add(id, now);
     }
     return static_cast<std::uint32_t>(entities_.size());
   }
@@ -70,22 +69,23 @@ class WaitSet : public ExploredScheduler {
 
   void forget_snapshot() { snapshot_.clear(); }
 
-  /// The job of the first task in the snapshot for which `pick(TaskId)` returns `run`: the timer is
-  /// called or the subscription's oldest sample is taken. A mutually exclusive group is then busy
-  /// until free_group().
+  /// Decides for the job of the first task in the snapshot for which `pick(TaskId)` returns `run`, if any:
+  /// the timer is called or the subscription's oldest sample is taken. A mutually exclusive group is then
+  /// busy until free_group().
   template <class Decide>
-  std::optional<Job> take(Time now, Decide&& pick) {
+  void take(Time now, Decision& decision, Decide&& pick) {
     const TaskId id = snapshot_.take_first([&](TaskId task) {
       if (is_asked_at_turn(task) && unread_.count(task) == 0) return Pick::forget;
       const Pick action = pick(task);
       return action == Pick::run && !may_run(task) ? Pick::leave : action;
     });
-    if (id == kNoTask) return std::nullopt;
-    Job job = set_.tasks[id].kind == TaskKind::timer ? timer(id).call(now) : unread_.pop(id);
+    if (id == kNoTask) return;
+    const Task& task = set_.tasks[id];
+    std::optional<Job>& job = decision.job;
+    task.kind == TaskKind::timer ? job = timer(id).call(now) : job = unread_.pop(id);
     // If a sample was overwritten since the poll, a younger sample has its place in the snapshot.
-    job.release = std::max(snapshot_.added_at(id), job.timestamp);
-    group_busy_[group(id)] = set_.groups[group(id)] == CallbackGroup::mutually_exclusive;
-    return job;
+    job->release = std::max(snapshot_.added_at(id), job->timestamp);
+    group_busy_[task.group] = set_.groups[task.group] == CallbackGroup::mutually_exclusive;
   }
 
   [[nodiscard]] bool group_free(TaskId task) const { return !group_busy_[group(task)]; }
@@ -96,7 +96,7 @@ class WaitSet : public ExploredScheduler {
   [[nodiscard]] Time next_timer(Eligible&& eligible) const {
     Time next = kNever;
     for (const Timer& timer : timers_) {
-      if (eligible(timer.task())) next = std::min(next, timer.due());
+      if (timer.due() < next && eligible(timer.task())) next = timer.due();
     }
     return next;
   }
@@ -160,11 +160,15 @@ class WaitSet : public ExploredScheduler {
 
   [[nodiscard]] std::uint32_t group(TaskId task) const { return set_.tasks[task].group; }
   [[nodiscard]] bool is_asked_at_turn(TaskId task) const {
-    return asked_ == Asked::at_turn && set_.tasks[task].entity == EntityKind::intra_process;
+    return asks_ && set_.tasks[task].entity == EntityKind::intra_process;
+  }
+  void note_asked(TaskId task) {
+    asks_ |= asked_ == Asked::at_turn && set_.tasks[task].entity == EntityKind::intra_process;
   }
 
   const TaskKind runs_first_;
   const Asked asked_;
+  bool asks_ = false;  // whether any task is asked at its turn
   std::vector<TaskId> entities_;
   std::vector<Timer> timers_;               // in the order of entities_
   std::vector<std::uint32_t> timer_index_;  // by task
@@ -259,12 +263,12 @@ class WaitSetScheduler final : public WaitSet {
  private:
   /// The interrupt guard condition ends the wait, so that the next one includes the task.
   WorkerSet joined(TaskId) override { return wait_mutex_.waiting(); }
-  std::optional<Job> pick(Time now) {
-    return take(now, [this](TaskId id) { return group_free(id) ? Pick::run : Pick::leave; });
+  void pick(Time now, Decision& decision) {
+    take(now, decision, [this](TaskId id) { return group_free(id) ? Pick::run : Pick::leave; });
   }
   /// A worker of several asks again at the end of the wait, because only then rcl_wait looks what is
   /// ready: samples of other workers arrive meanwhile.
-  Decision begin_wait(Worker worker, Time now);
+  void begin_wait(Worker worker, Time now, Decision& decision);
   /// Whether the wait set of the sleeping worker has the task.
   [[nodiscard]] bool is_waited_for(TaskId task) const {
     const std::uint32_t group = set_.tasks[task].group;
@@ -301,8 +305,8 @@ class StaticScheduler final : public WaitSet {
 
  private:
   WorkerSet joined(TaskId) override { return WorkerSet::of(0); }
-  std::optional<Job> next_ready(Time now) {
-    return take(now, [this, now](TaskId id) {
+  void next_ready(Time now, Decision& decision) {
+    take(now, decision, [this, now](TaskId id) {
       // rclcpp checks a timer again, although no other thread calls it.
       return is_ready(id, now) ? Pick::run : Pick::leave;
     });
@@ -350,13 +354,13 @@ class RebuiltWaitSetScheduler final : public WaitSet {
     is_waited_for_[task] = false;
     std::erase(waited_, task);
   }
-  std::optional<Job> pick(Time now) {
-    return take(now, [this](TaskId id) {
+  void pick(Time now, Decision& decision) {
+    take(now, decision, [this](TaskId id) {
       if (group_free(id)) return Pick::run;
       return set_.tasks[id].kind == TaskKind::timer ? Pick::leave : Pick::forget;
     });
   }
-  std::optional<Job> wait(Time now);
+  void wait(Time now, Decision& decision);
   void rebuild();
 
   std::vector<TaskId> waited_;       // in the order of the wait set
