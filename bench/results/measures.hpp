@@ -46,7 +46,9 @@ class StartDistances {
  public:
   /// Adds a job that ran, and passes on the distances that become known.
   void add(const JobRecord& r, bool counted, const auto& use) {
-    waiting_.emplace(r.job.sequence, Started{r.start, r.job.sequence + 1 + r.job.skipped, counted});
+    const Started job{r.start, r.job.sequence + 1 + r.job.skipped, counted};
+    if (waiting_.empty() && r.job.sequence <= next_) return take(job, use);
+    waiting_.emplace(r.job.sequence, job);
     while (!waiting_.empty() && waiting_.begin()->first <= next_) take_first(use);
   }
   /// A job that still waits or runs at the end is left out.
@@ -60,8 +62,8 @@ class StartDistances {
     std::uint64_t next = 0;  // sequence of the next job
     bool counted = false;
   };
-  void take_first(const auto& use) {
-    const Started job = waiting_.extract(waiting_.begin()).mapped();
+  void take_first(const auto& use) { take(waiting_.extract(waiting_.begin()).mapped(), use); }
+  void take(const Started& job, const auto& use) {
     next_ = job.next;
     if (!job.counted) return;
     if (before_) use(job.start - *before_);

@@ -150,6 +150,9 @@ ChainJoin::ChainJoin(const Graph& graph, const GraphTasks& tasks)
 }
 
 const ChainJoin::EndJob* ChainJoin::find(const Jobs& jobs, std::uint64_t sequence) {
+  if (jobs.empty()) return nullptr;
+  const std::uint64_t place = sequence - jobs.front().sequence;  // if none is missing before it
+  if (place < jobs.size() && jobs[place].sequence == sequence) return &jobs[place];
   const auto job = std::ranges::lower_bound(jobs, sequence, {}, &EndJob::sequence);
   return job == jobs.end() || job->sequence != sequence ? nullptr : &*job;
 }

@@ -55,17 +55,17 @@ class TaskHistory {
     auto& entries = into.history();
     if (entries.size() == 0 && lanes_->size() == 0)
       return entries.assign(from.history().begin(), from.history().end());
-    const auto before = static_cast<std::ptrdiff_t>(entries.size());
+    const std::size_t before = entries.size();
+    std::size_t at = 0;  // where the search goes on: most entries that are in both have one order there
     for (const auto& entry : from.history()) {
       const TaskId task = task_of(entry);
       if (!goes_on(from, task, to)) continue;
-      auto known = entries.begin();  // no std::find_if, which GCC does not inline: most messages begin empty
-      const auto end = known + before;
-      while (known != end && task_of(*known) != task) ++known;
-      if (known == end) {
+      std::size_t left = before;
+      for (; left > 0 && task_of(entries.begin()[at]) != task; --left) at = at + 1 < before ? at + 1 : 0;
+      if (left == 0) {
         entries.push_back(entry);
-      } else if (stat_of(entry).sequence < stat_of(*known).sequence) {
-        *known = entry;
+      } else if (auto& known = entries.begin()[at]; stat_of(entry).sequence < stat_of(known).sequence) {
+        known = entry;
       }
     }
   }
