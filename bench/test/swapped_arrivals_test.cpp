@@ -17,7 +17,7 @@ Graph three_readers() {
 }
 
 JobRecord arrival(TaskId task, std::uint64_t message, std::int64_t ns) {
-  return {{task, 0, {}, Time{} + Duration(ns), kNever, {0, message}}};
+  return {.job = {.task = task, .release = Time{} + Duration(ns), .parent = {0, message}}};
 }
 
 TEST(SwappedArrivals, ComparesNeighboursOfTheGraphsOrder) {

@@ -196,6 +196,13 @@ class Check {
                });
       }
     }
+    for (const auto& [label, result] : stored) {  // what works here may not have worked elsewhere
+      for (const Job& job : result.jobs) {
+        auto& times = times_[static_cast<std::size_t>(job.task)];
+        const auto index = static_cast<std::size_t>(job.sequence);
+        if (job.outcome == Outcome::running && index < times.size() && times[index] == 0) times[index] = -1;
+      }
+    }
     return sure;
   }
 
