@@ -44,7 +44,7 @@ class Folder {
 
 inline Graph load(const std::string& text) { return load_graph(File("graph.yaml", text).path()); }
 
-/// A graph with every key.
+/// A graph with every key; of those of timers, graph_writer_test tries each.
 inline const std::string kEverything = R"(name: everything
 description: "all that a graph can say: # it"
 work: fixed
