@@ -13,7 +13,7 @@
 namespace hotpath::explain {
 
 /// The causes of a latency, which sum to it: the list is closed. Name, also in JSON; phrase of a sentence
-/// or a table; colour: those of Okabe and Ito, and three more that the colour-blind tell apart from them.
+/// or a table; colour: those of Okabe and Ito, and others that the colour-blind tell apart.
 #define HOTPATH_CAUSES(CAUSE)                                         \
   CAUSE(running, "running on the path", "#0072b2")                    \
   CAUSE(join, "waiting for a join's other input or timer", "#cc79a7") \
