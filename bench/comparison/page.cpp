@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "comparison/report.hpp"
-#include "program/json_fields.hpp"
+#include "program/json_record.hpp"
 #include "program/python_tool.hpp"
 #include "program/whole_file.hpp"
 #include "results/stored_summary.hpp"

@@ -8,7 +8,7 @@
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/core/trace_csv.hpp"
 #include "program/errors.hpp"
-#include "program/json_fields.hpp"
+#include "program/json_record.hpp"
 #include "program/text.hpp"
 #include "results/measures.hpp"
 #include "results/stored_summary.hpp"

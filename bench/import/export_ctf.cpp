@@ -17,8 +17,8 @@
 
 #include "hotpath/tracing/ctf_trace.hpp"
 #include "import/recognition.hpp"
+#include "program/child_process.hpp"
 #include "program/errors.hpp"
-#include "program/forked_task.hpp"
 #include "program/output_target.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"

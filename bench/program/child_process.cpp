@@ -2,15 +2,19 @@
 #include "program/child_process.hpp"
 
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <exception>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -33,6 +37,20 @@ namespace {
 
 RunError not_started(const std::string& program, int cause) {
   return RunError{"`" + program + "` could not be started (" + std::strerror(cause) + "); is it installed?"};
+}
+
+/// The new process is killed when the thread ends that waits for it.
+void die_with(pid_t parent) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(1);
+}
+
+/// fork() of a process that dies with this one. Throws RunError.
+pid_t fork_dependent() {
+  const pid_t parent = getpid(), child = fork();
+  if (child < 0) throw RunError(std::string("no process could be created: ") + std::strerror(errno));
+  if (child == 0) die_with(parent);
+  return child;
 }
 
 }  // namespace
@@ -71,8 +89,7 @@ ProgramEnd run_program(std::vector<std::string> words, bool silent) {
   const pid_t id = start_program(
       std::move(words),
       [&] {
-        prctl(PR_SET_PDEATHSIG, SIGKILL);  // dies with the thread that waits for it
-        if (getppid() != parent) _exit(1);
+        die_with(parent);
         dup2(standard_error, STDERR_FILENO);
         if (silent) dup2(open("/dev/null", O_WRONLY), STDOUT_FILENO);
       },
@@ -110,13 +127,8 @@ void become(std::vector<std::string> words) {
 }
 
 std::optional<int> continue_in_child() {
-  const pid_t parent = getpid(), child = fork();
-  if (child < 0) throw RunError(std::string("no process could be created: ") + std::strerror(errno));
-  if (child == 0) {
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (getppid() != parent) _exit(1);
-    return std::nullopt;
-  }
+  const pid_t child = fork_dependent();
+  if (child == 0) return std::nullopt;
   int status = 0;
   await_process(child, &status);
   if (WIFEXITED(status)) _exit(WEXITSTATUS(status));
@@ -140,5 +152,48 @@ std::string how_it_ended(int status) {
 }
 
 bool exited_with(int status, int code) { return WIFEXITED(status) && WEXITSTATUS(status) == code; }
+
+ForkedTask::ForkedTask(const std::function<void()>& task) : error_(memfd_create("error", MFD_CLOEXEC)) {
+  try {
+    if (error_ < 0) throw RunError(std::string("no process could be created: ") + std::strerror(errno));
+    id_ = fork_dependent();
+  } catch (const RunError&) {
+    close(error_);
+    throw;
+  }
+  if (id_ > 0) return;
+  setpgid(0, 0);  // the terminal's signals are for the parent
+  std::string error;
+  try {
+    task();
+  } catch (const std::exception& e) {
+    error = e.what();
+  }
+  std::ignore = write(error_, error.data(), error.size());
+  _exit(0);  // without destructors: what they end belongs to the parent
+}
+
+ForkedTask::~ForkedTask() {
+  if (!result_) {
+    kill(-id_, SIGKILL);
+    kill(id_, SIGKILL);  // before it has a group of its own
+    await_process(id_, nullptr);
+  }
+  close(error_);
+}
+
+const std::optional<std::string>& ForkedTask::end(bool wait) {
+  int status = 0;
+  if (result_) return result_;
+  const pid_t ended = await_process(id_, &status, wait ? 0 : WNOHANG);
+  if (ended == 0) return result_;
+  std::array<char, 4096> text;
+  const ssize_t length = pread(error_, text.data(), text.size(), 0);
+  result_.emplace(text.data(), static_cast<std::size_t>(std::max<ssize_t>(length, 0)));
+  if (result_->empty() && ended < 0)  // SIGCHLD is ignored
+    result_ = "the process has ended, but how is unknown";
+  if (result_->empty() && !exited_with(status, 0)) result_ = "the process " + how_it_ended(status);
+  return result_;
+}
 
 }  // namespace hotpath::program

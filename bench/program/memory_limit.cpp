@@ -28,12 +28,9 @@ std::uint64_t number_in_file(const fs::path& file) {
 }
 
 /// The smallest limit of a cgroup and its parents.
-std::uint64_t least_limit(const fs::path& mount, fs::path cgroup, const char* file) {
-  std::uint64_t least = number_in_file(mount / file);
-  for (; cgroup.has_relative_path(); cgroup = cgroup.parent_path()) {
-    least = std::min(least, number_in_file(mount / cgroup.relative_path() / file));
-  }
-  return least;
+std::uint64_t least_limit(const fs::path& mount, const fs::path& cgroup, const char* file) {
+  const std::uint64_t own = number_in_file(mount / cgroup.relative_path() / file);
+  return cgroup.has_relative_path() ? std::min(own, least_limit(mount, cgroup.parent_path(), file)) : own;
 }
 
 }  // namespace

@@ -69,16 +69,14 @@ std::ostream& operator<<(std::ostream& out, const Table& table) {
   return out;
 }
 
-std::string csv_of(const std::vector<std::vector<Value>>& rows) {
-  std::string csv;
-  for (const std::vector<Value>& row : rows) {
+std::string csv_of(const Table& table) {
+  std::string csv = joined(table.header, ",") + "\n";
+  for (const std::vector<Value>& row : table.rows) {
     for (const Value& value : row) csv += csv_field(value.text()) + ",";
     csv.back() = '\n';
   }
   return csv;
 }
-
-std::string csv_of(const Table& table) { return joined(table.header, ",") + "\n" + csv_of(table.rows); }
 
 nlohmann::json json_of(const Table& table) {
   nlohmann::json rows = nlohmann::json::array();

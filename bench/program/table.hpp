@@ -106,8 +106,6 @@ std::ostream& operator<<(std::ostream& out, const Table& table);
 
 /// CSV: the header and the rows, with quotes where a field needs them.
 [[nodiscard]] std::string csv_of(const Table& table);
-/// Rows without header.
-[[nodiscard]] std::string csv_of(const std::vector<std::vector<Value>>& rows);
 
 /// An object for each row.
 [[nodiscard]] nlohmann::json json_of(const Table& table);

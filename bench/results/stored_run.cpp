@@ -13,7 +13,7 @@
 #include "hotpath/core/trace_csv.hpp"
 #include "program/errors.hpp"
 #include "program/hash.hpp"
-#include "program/json_fields.hpp"
+#include "program/json_record.hpp"
 #include "program/memory_limit.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"

@@ -17,7 +17,7 @@
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
 #include "program/hash.hpp"
-#include "program/json_fields.hpp"
+#include "program/json_record.hpp"
 #include "program/output_target.hpp"
 #include "program/table.hpp"
 #include "program/text.hpp"

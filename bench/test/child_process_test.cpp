@@ -10,7 +10,6 @@
 #include <string>
 
 #include "program/errors.hpp"
-#include "program/forked_task.hpp"
 
 namespace hotpath::child_process_test {
 

@@ -7,7 +7,7 @@
 
 #include "hotpath/core/csv.hpp"
 #include "hotpath/core/platform.hpp"
-#include "program/json_fields.hpp"
+#include "program/json_record.hpp"
 #include "setup/run_setup.hpp"
 #include "validation/validation.hpp"
 

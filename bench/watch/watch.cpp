@@ -24,7 +24,6 @@
 #include "machine/proc_files.hpp"
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
-#include "program/forked_task.hpp"
 #include "program/interrupt.hpp"
 #include "program/output_target.hpp"
 #include "program/shown_text.hpp"
