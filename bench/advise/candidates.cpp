@@ -193,7 +193,7 @@ class Candidates {
     return setup::deploy(std::move(plan), scheduling_);
   }
   setup::ExecutorSpec deployment(const std::string& name) const {
-    return setup::deploy(name, graph_, tasks_, scheduling_);
+    return setup::deploy(find_deployment(name, graph_, tasks_), scheduling_);
   }
 
   void add(const setup::ExecutorSpec& spec) {

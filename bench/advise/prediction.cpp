@@ -145,9 +145,7 @@ std::optional<bool> differs(const Objective& objective, const Prediction& a, con
 std::string timer_beside_group(const Candidate& candidate) {
   const TaskSet& set = candidate.tasks.set;
   const auto runs_timers = [&](TaskId id) {
-    const auto& deployment = candidate.spec.deployment;
-    const setup::ExecutorSpec& part =
-        setup::parts(candidate.spec)[deployment ? deployment->plan.executor_of[id] : 0];
+    const setup::ExecutorSpec& part = setup::parts(candidate.spec)[executor_of(candidate.spec, id)];
     return part.entry->traits.timers == TimerHandling::release_and_execute;
   };
   std::set<std::uint32_t> with_subscriptions;

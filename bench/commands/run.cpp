@@ -23,7 +23,7 @@ void add_where_options(CLI::App& command, live::Options& o) {
   add(command, "--processes", o.plan.processes, {1, 100}, "N",
       "Processes that share the nodes (fastdds only)");
   add(command, "--network", o.plan.fastdds.network, "DDS transport between processes");
-  add(command, "--all-interfaces", o.all_interfaces, kAllInterfacesHelp);
+  add(command, "--all-interfaces", o.plan.all_interfaces, kAllInterfacesHelp);
   add(command, "--domain", o.plan.fastdds.domain, {0, 232}, "N", kDomainHelp);
   add_parsed(command, "--cpus", o.plan.cpus, live::parse_cpus, "LIST",
              "CPUs to run on, such as 1 or 0,2-3; by default all")

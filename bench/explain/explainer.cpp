@@ -21,9 +21,7 @@ System::System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphT
       wall_clock_work(graph.work == WorkMode::wall),
       chains(index_chains(graph, tasks)),
       cores_(cores >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << cores) - 1),
-      executor_of_(spec.deployment ? spec.deployment->plan.executor_of
-                                   : std::vector<std::uint32_t>(tasks.set.size(), 0)) {
-  std::uint32_t next_worker = 0;
+      spec_(spec) {
   for (const setup::ExecutorSpec& part : setup::parts(spec)) {
     ServingExecutor& executor = executors_.emplace_back();
     executor.traits = part.entry->traits;
@@ -32,8 +30,7 @@ System::System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphT
       executor.service_wait = part.scheduler.service_wait;
     }
     executor.threads = job_threads(part);
-    executor.first_worker =
-        std::exchange(next_worker, next_worker + worker_count(*part.entry, part.scheduler));
+    executor.first_worker = part.first_worker;
   }
   if (!simulated) return;
   const simulated::System system(spec, graph, tasks);
@@ -65,7 +62,7 @@ bool System::outranks(std::size_t other, Time other_start, std::size_t worker, T
 bool System::share_group(TaskId a, TaskId b) const {
   const std::uint32_t group = task(a).group;
   return group == task(b).group && tasks.set.groups[group] == CallbackGroup::mutually_exclusive &&
-         executor_of_[a] == executor_of_[b] &&
+         &executor_of(a) == &executor_of(b) &&
          executor_of(a).traits.timers != TimerHandling::release_and_execute;
 }
 

@@ -45,7 +45,9 @@ class System {
 
   [[nodiscard]] const Task& task(TaskId id) const { return tasks.set[id]; }
   [[nodiscard]] bool is_timer(TaskId id) const { return task(id).kind == TaskKind::timer; }
-  [[nodiscard]] const ServingExecutor& executor_of(TaskId id) const { return executors_[executor_of_[id]]; }
+  [[nodiscard]] const ServingExecutor& executor_of(TaskId id) const {
+    return executors_[setup::executor_of(spec_, id)];
+  }
   /// Number of cores on which a worker may run; simulated.
   [[nodiscard]] unsigned cores_of(std::size_t worker) const;
   /// Whether a job on `other` that started at `other_start` keeps `worker`, busy since `since`, from
@@ -64,8 +66,8 @@ class System {
  private:
   const std::uint64_t cores_;  // of the machine, as bits
   std::vector<ServingExecutor> executors_;
-  std::vector<std::uint32_t> executor_of_;  // by task
-  std::vector<SimulatedThread> threads_;    // by worker; simulated
+  const setup::ExecutorSpec spec_;
+  std::vector<SimulatedThread> threads_;  // by worker; simulated
 };
 
 /// A started job. A job that was running at the end of the run has the finish kNever.

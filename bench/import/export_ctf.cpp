@@ -280,13 +280,11 @@ void set_threads(const setup::ExecutorSpec& executor, bool simulated, ExportedRu
   exported.jazzy = std::ranges::any_of(setup::parts(executor), is_jazzy);
   if (!executor.deployment) return exported.polled.assign(kMaxWorkers, emits_waits(executor.entry->traits));
   std::vector<std::uint16_t> processes;
-  for (std::size_t e = 0; e < setup::parts(executor).size(); ++e) {
-    const setup::ExecutorSpec& part = setup::parts(executor)[e];
+  for (const setup::ExecutorSpec& part : setup::parts(executor)) {
     const std::uint32_t workers = worker_count(*part.entry, part.scheduler);
     exported.polled.insert(exported.polled.end(), workers, emits_waits(part.entry->traits));
-    const DeployedExecutor& deployed = executor.deployment->plan.executors[e];
-    processes.insert(processes.end(), workers, static_cast<std::uint16_t>(deployed.process));
-    exported.processors.insert(exported.processors.end(), workers, deployed.processors);
+    processes.insert(processes.end(), workers, static_cast<std::uint16_t>(part.place.process));
+    exported.processors.insert(exported.processors.end(), workers, part.place.processors);
   }
   for (JobRecord& r : exported.trace.jobs) {
     if (simulated && r.worker < processes.size()) r.process = processes[r.worker];

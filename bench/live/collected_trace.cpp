@@ -34,13 +34,10 @@ Time instant(const JobRecord& j) {
 
 std::vector<std::uint16_t> workers_of(const Plan& plan, std::uint32_t process) {
   std::vector<std::uint16_t> numbers;
-  const std::vector<std::size_t> own = parts_in(plan, process);
-  std::uint16_t next = 0;
-  for (std::size_t e = 0; e < setup::parts(plan.executor).size(); ++e) {
+  for (const std::size_t e : parts_in(plan, process)) {
     const setup::ExecutorSpec& part = setup::parts(plan.executor)[e];
-    for (std::uint32_t w = worker_count(*part.entry, part.scheduler); w > 0; --w, ++next) {
-      if (std::ranges::count(own, e) > 0) numbers.push_back(next);
-    }
+    for (std::uint32_t w = 0; w < worker_count(*part.entry, part.scheduler); ++w)
+      numbers.push_back(static_cast<std::uint16_t>(part.first_worker + w));
   }
   return numbers;
 }

@@ -139,7 +139,7 @@ class LiveRun {
 
   /// Rejects a run that cannot succeed, before any process starts.
   void check() {
-    plan_.fastdds.loopback_only = !options_.all_interfaces;
+    plan_.fastdds.loopback_only = !plan_.all_interfaces;
     // Keep out other programs and simultaneous runs. Readers of --live receive only the prefix.
     plan_.fastdds.partition = random_name();
     plan_.fastdds.topic_prefix = random_name() + "/";
@@ -188,14 +188,13 @@ class LiveRun {
     for (const Task& task : tasks_.set.tasks) longest = std::max(longest, task.wcet);
     if (longest == Duration{}) return;
     if (graph_.work == WorkMode::cpu_time)
-      plan_.measure_cpu_time |=
-          std::ranges::count(executors_, setup::Stack::native, &setup::ExecutorSpec::stack) > 0;
+      plan_.cpu_time |= std::ranges::count(executors_, setup::Stack::native, &setup::ExecutorSpec::stack) > 0;
     if (graph_.work != WorkMode::fixed) return;
     const std::vector<int> before = allowed_cpus();
     if (!plan_.cpus.empty()) pin_to_cpus(plan_.cpus);
-    calibration_ = plan_.calibration = calibrate(longest);
+    plan_.calibration = calibrate(longest);
     if (!plan_.cpus.empty()) pin_to_cpus(before);
-    if (plan_.calibration.disturbed)
+    if (plan_.calibration->disturbed)
       warn(
           "No two consecutive calibrations of the number cruncher agreed within 2 %: something disturbs this "
           "machine.");
@@ -302,21 +301,14 @@ class LiveRun {
     run_.kind = results::RunKind::live;
     run_.bounds = setup::timer_bounds(bounded, tasks_, executors_);
     run_.warnings = std::move(warnings);
-    run_.live = results::LiveRecord{.date = setup::time_stamp("%Y-%m-%dT%H:%M:%S%z"),
-                                    .transport = plan_.transport,
-                                    .stacks = stacks,
-                                    .network = plan_.fastdds.network,
-                                    .processes = plan_.processes,
-                                    .domain = plan_.fastdds.domain,
-                                    .all_interfaces = options_.all_interfaces,
-                                    .executor_policy = text(plan_.executor_policy),
-                                    .timer_policy = text(plan_.timer_policy),
-                                    .lock_memory = plan_.lock_memory,
-                                    .cpu_time = plan_.measure_cpu_time,
-                                    .cpus = plan_.cpus.empty() ? allowed_cpus() : plan_.cpus,
-                                    .live_cpus = publisher_cpus_,
-                                    .calibration = calibration_,
-                                    .machine = machine_};
+    run_.live = results::LiveRecord{plan_,
+                                    setup::time_stamp("%Y-%m-%dT%H:%M:%S%z"),
+                                    stacks,
+                                    text(plan_.executor_policy),
+                                    text(plan_.timer_policy),
+                                    publisher_cpus_,
+                                    machine_};
+    if (plan_.cpus.empty()) run_.live->cpus = allowed_cpus();
   }
 
   void report(const results::RunFolder& folder, const results::Summary& summary) {
@@ -358,7 +350,6 @@ class LiveRun {
   std::vector<results::ExecutorRuns> runs_;
   std::vector<int> publisher_cpus_;
   const machine::Machine machine_ = machine::read_machine();
-  std::optional<Calibration> calibration_;
   results::RunRecord run_;
   bool partial_ = false;
   bool told_no_real_time_ = false;

@@ -13,7 +13,6 @@ namespace hotpath::live {
 struct Options : setup::CommonOptions {
   double time_out_s = 20;  ///< For set-up, and for answers after the end of a repetition.
   Plan plan;               ///< Common to all repetitions.
-  bool all_interfaces = false;
   std::vector<setup::Stack> stacks = {setup::Stack::native};
   std::vector<std::string> rmw;  ///< Middlewares of rclcpp; empty: the default of ROS 2.
   bool live = false, quick = false;

@@ -48,7 +48,7 @@ json plan_json(const Plan& plan, const RunMemory& memory, const Channel& coordin
                    {"threads", setup::job_threads(plan.executor)},
                    {"phases_ns", phases},
                    {"work", to_string(plan.graph->work)},
-                   {"divisions_per_us", plan.calibration.divisions_per_us},
+                   {"divisions_per_us", plan.calibration.value_or(Calibration{}).divisions_per_us},
                    {"namespace", "/hotpath_" + std::to_string(getppid())},
                    {"cpus", plan.cpus},
                    {"lock_memory", plan.lock_memory},

@@ -182,7 +182,7 @@ class Coordinator {
     std::vector<std::string> executors;
     if (plan_.executor.deployment && plan_.processes > 1) {
       for (const std::size_t e : parts_in(plan_, p))
-        executors.push_back(plan_.executor.deployment->plan.executors[e].name);
+        executors.push_back(setup::parts(plan_.executor)[e].place.name);
     }
     return program::concat("process ", p + 1, " of ", plan_.processes,
                            executors.empty() ? "" : " with " + program::joined(executors), " (executor ",
@@ -286,7 +286,7 @@ RunMemory::Size memory_size(const Plan& plan, std::uint32_t process) {
   std::vector<double> jobs(all.size(), 0);
   double outputs = 0;
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    jobs[plan.executor.deployment ? plan.executor.deployment->plan.executor_of[id] : 0] += activations[id];
+    jobs[executor_of(plan.executor, id)] += activations[id];
     for (const ChainIndex& c : chains) outputs += c.ends_in(id) ? activations[id] : 0;
   }
   // A third more than the nominal rates.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hotpath/reference_system/live_system.hpp"
+#include "results/run_record.hpp"
 #include "results/summary.hpp"
 #include "setup/executor_spec.hpp"
 
@@ -26,25 +27,18 @@ struct RclcppPlan {
 };
 
 /// All settings of one live repetition.
-struct Plan {
+struct Plan : results::LiveSettings {
   const Graph* graph = nullptr;
   GraphTasks tasks;  ///< With the phases of this repetition.
   setup::ExecutorSpec executor;
   std::uint32_t repetition = 0;
 
-  TransportKind transport = TransportKind::fastdds;
-  FastDdsOptions fastdds;
-  std::uint32_t processes = 1;
-  std::vector<int> cpus;  ///< Empty: all.
-  bool lock_memory = false;
-  bool measure_cpu_time = false;
   std::optional<ThreadPolicy> executor_policy, timer_policy;  ///< None: the executor's defaults.
 
   Duration length{};                             ///< From the epoch to the end, warm-up included.
   Duration time_out = std::chrono::seconds(20);  ///< Of answers, and of the set-up of small graphs.
-  Calibration calibration;
-  RclcppPlan rclcpp;                     ///< For Stack::rclcpp.
-  std::optional<Publishing> publishing;  ///< By a separate process; none: the run is not published.
+  RclcppPlan rclcpp;                             ///< For Stack::rclcpp.
+  std::optional<Publishing> publishing;          ///< By a separate process; none: the run is not published.
 };
 
 struct Result {

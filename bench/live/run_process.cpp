@@ -38,28 +38,27 @@ const Channel* last_words = nullptr;
   for (;;) pause();  // the coordinator notes the shared memory of this process, then kills it
 }
 
-ExecutorOptions thread_options(const Plan& plan, std::size_t part) {
-  ExecutorOptions options = default_options(*setup::parts(plan.executor)[part].entry);
-  options.measure_cpu_time = plan.measure_cpu_time;
+ExecutorOptions thread_options(const Plan& plan, const setup::ExecutorSpec& part) {
+  ExecutorOptions options = default_options(*part.entry);
+  options.measure_cpu_time = plan.cpu_time;
   if (plan.executor_policy) options.executor_threads = {*plan.executor_policy, true, {}};
   if (plan.executor.deployment) {
-    const DeployedExecutor& deployed = plan.executor.deployment->plan.executors[part];
-    options.executor_threads = {deployed.policy, deployed.policy != ThreadPolicy{}, deployed.processors};
-    const bool raised = setup::parts(plan.executor)[part].entry->traits.raises_timer_thread;
+    const ThreadPolicy& policy = part.place.policy;
+    options.executor_threads = {policy, policy != ThreadPolicy{}, part.place.processors};
     options.timer_thread = options.executor_threads;
-    if (raised) options.timer_thread.policy = raised_above(deployed.policy);
+    if (part.entry->traits.raises_timer_thread) options.timer_thread.policy = raised_above(policy);
   }
   if (plan.timer_policy) options.timer_thread = {*plan.timer_policy, true, {}};
   return options;
 }
 
 LiveOptions live_options(const Plan& plan, std::uint32_t process) {
-  LiveOptions options{{}, {}, plan.transport, plan.fastdds, plan.calibration};
+  LiveOptions options{{}, {}, plan.transport, plan.fastdds, plan.calibration.value_or(Calibration{})};
   std::vector<std::uint32_t> number(setup::parts(plan.executor).size(), 0);  // in this process
   for (const std::size_t e : parts_in(plan, process)) {
     const setup::ExecutorSpec& part = setup::parts(plan.executor)[e];
     number[e] = static_cast<std::uint32_t>(options.executors.size());
-    options.executors.push_back({part.entry, part.scheduler, thread_options(plan, e)});
+    options.executors.push_back({part.entry, part.scheduler, thread_options(plan, part)});
   }
   if (plan.executor.deployment) {
     for (const std::uint32_t e : plan.executor.deployment->plan.executor_of) {

@@ -19,9 +19,7 @@ struct OffGrid {
 };
 
 bool has_timer_thread(const setup::ExecutorSpec& executor, TaskId task) {
-  const setup::ExecutorSpec& part =
-      executor.deployment ? executor.deployment->executors[executor.deployment->plan.executor_of[task]]
-                          : executor;
+  const setup::ExecutorSpec& part = setup::parts(executor)[executor_of(executor, task)];
   // On rclcpp, the start of a job is the earliest instant known of its own executors' jobs.
   const bool known =
       part.stack != setup::Stack::rclcpp || part.entry->traits.family == Family::priority_events;

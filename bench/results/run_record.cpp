@@ -6,6 +6,9 @@
 
 namespace hotpath {
 
+static void to_json(nlohmann::json& j, const ThreadPolicy& policy) { j = to_string(policy); }
+static void from_json(const nlohmann::json& j, ThreadPolicy& policy) { policy = parse_thread_policy(j); }
+
 void fields(auto& visit, program::MaybeConst<Calibration> auto& calibration) {
   visit("divisions_per_us", calibration.divisions_per_us);
   visit("spread_percent", calibration.spread_percent);
@@ -107,11 +110,7 @@ void from_json(const json& j, RunRecord& run) {
   program::JsonFields read(j);
   visit_fields(read, run);
   if (j.contains("tasks")) run.tasks = tasks_from_json(j.at("tasks"));
-  if (j.contains("cpus")) {
-    visit_fields(read, run.live.emplace());
-  } else {
-    visit_fields(read, run.simulation.emplace());
-  }
+  j.contains("cpus") ? visit_fields(read, run.live.emplace()) : visit_fields(read, run.simulation.emplace());
 }
 
 }  // namespace hotpath::results

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hotpath/fastdds/options.hpp"
+#include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph.hpp"
 #include "hotpath/reference_system/live_system.hpp"
 #include "hotpath/reference_system/work.hpp"
@@ -44,13 +45,8 @@ struct GraphRecord {
 };
 HOTPATH_FIELDS(GraphRecord, name, nodes, file);
 
-/// One executor of a deployment.
-struct DeployedExecutorRecord {
-  std::string name;
-  std::string executor;  ///< Its label.
-  std::string policy;    ///< As parse_thread_policy() reads it.
-  std::vector<int> processors;
-  std::uint32_t process = 0;
+/// One executor of a deployment, with the names of its tasks.
+struct DeployedExecutorRecord : DeployedExecutor {
   std::uint32_t first_worker = 0, workers = 0;  ///< Range of the column `worker`.
   std::vector<std::string> tasks;
 };
@@ -130,23 +126,28 @@ void visit_fields(auto& visit, program::MaybeConst<SimulationRecord> auto& simul
   visit.unless(false, "drawn", simulation.drawn);
 }
 
-/// Settings of a live run, and the machine that it ran on; likewise.
-struct LiveRecord {
-  std::string date;
+/// What a live run stores of the plan of its repetitions.
+struct LiveSettings {
   TransportKind transport = TransportKind::fastdds;
-  std::vector<std::string> stacks;
-  FastDdsOptions::Network network = FastDdsOptions::Network::udp;
-  std::uint32_t processes = 1, domain = 0;
-  bool all_interfaces = false;
-  std::string executor_policy, timer_policy;  ///< Empty: the defaults of the executors.
-  bool lock_memory = false, cpu_time = false;
-  std::vector<int> cpus, live_cpus;        ///< Of the executors, and of the process that publishes.
+  FastDdsOptions fastdds;
+  std::uint32_t processes = 1;
+  std::vector<int> cpus;  ///< Of the executors; empty: all.
+  bool all_interfaces = false, lock_memory = false, cpu_time = false;
   std::optional<Calibration> calibration;  ///< For a fixed amount of work.
+};
+
+/// Settings of a live run, and the machine that it ran on; likewise.
+struct LiveRecord : LiveSettings {
+  std::string date;
+  std::vector<std::string> stacks;
+  std::string executor_policy, timer_policy;  ///< Empty: the defaults of the executors.
+  std::vector<int> live_cpus;                 ///< Of the process that publishes.
   machine::Machine machine;
 };
 void visit_fields(auto& visit, program::MaybeConst<LiveRecord> auto& part) {
-  HOTPATH_VISIT(date, transport, stacks, network, processes, cpus, machine)
-  visit.if_stored("domain", part.domain);
+  HOTPATH_VISIT(date, transport, stacks, processes, cpus, machine)
+  visit("network", part.fastdds.network);
+  visit.if_stored("domain", part.fastdds.domain);
   visit.if_stored("all_interfaces", part.all_interfaces);
   visit.if_stored("executor_policy", part.executor_policy);
   visit.if_stored("timer_policy", part.timer_policy);
@@ -226,7 +227,7 @@ void visit_fields(auto& visit, program::MaybeConst<RunRecord> auto& part) {
   visit.if_any("phase_step_ms", part.phase_step_ms);
 }
 
-/// The second throws nlohmann's exceptions or std::out_of_range for what is no run.json. What an older
+/// The second throws nlohmann's exceptions or std::logic_error for what is no run.json. What an older
 /// version did not write has the value that this version had.
 void to_json(nlohmann::json& j, const RunRecord& record);
 void from_json(const nlohmann::json& j, RunRecord& record);

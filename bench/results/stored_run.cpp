@@ -31,9 +31,10 @@ std::string named(const std::string& executor, std::uint32_t repetition) {
   return program::concat(executor, " (repetition ", repetition, ")");
 }
 
-auto find_trace(auto& traces, const std::string& executor, std::uint32_t repetition) {
+/// In traces or records.
+auto find_repetition(auto& all, const std::string& executor, std::uint32_t repetition) {
   return std::ranges::find_if(
-      traces, [&](const Trace& t) { return t.executor == executor && t.repetition == repetition; });
+      all, [&](const auto& of) { return of.executor == executor && of.repetition == repetition; });
 }
 
 std::string hash_of(const std::string& content) {
@@ -84,9 +85,7 @@ std::ifstream StoredRun::open(const char* file) const {
 }
 
 const RepetitionRecord& StoredRun::run(const std::string& executor, std::uint32_t repetition) const {
-  const auto entry = std::ranges::find_if(record_.runs, [&](const RepetitionRecord& r) {
-    return r.executor == executor && r.repetition == repetition;
-  });
+  const auto entry = find_repetition(record_.runs, executor, repetition);
   if (entry == record_.runs.end()) fail_missing(executor, repetition);
   return *entry;
 }
@@ -126,7 +125,7 @@ void StoredRun::load(const TaskSet& set) {
     return std::pair(std::ranges::find(executors(), t.executor), t.repetition);
   });
   for_each_chain([&](const ChainRow& row) {
-    const auto trace = find_trace(traces_, row.executor, row.repetition);
+    const auto trace = find_repetition(traces_, row.executor, row.repetition);
     if (trace == traces_.end()) refuse_chain(row);
     trace->chains.push_back(row.record);
   });
@@ -144,7 +143,7 @@ void StoredRun::refuse_chain(const ChainRow& row) const {
 }
 
 const Trace& StoredRun::trace(const std::string& executor, std::uint32_t repetition) const {
-  const auto match = find_trace(traces_, executor, repetition);
+  const auto match = find_repetition(traces_, executor, repetition);
   if (match == traces_.end()) fail_missing(executor, repetition);
   return *match;
 }
@@ -180,9 +179,8 @@ std::optional<fs::path> kept_input(const StoredRun& run, const std::string& kind
   fs::path copy = run.folder() / fs::path(kept->file).filename();
   if (!fs::exists(copy)) run.fail("its file " + copy.string() + " is missing");
   static std::set<fs::path> warned;
-  const std::ifstream original(kept->original);
-  if (original && hash_of(content_of(std::ifstream(kept->original))) != kept->hash &&
-      warned.insert(copy).second) {
+  std::ifstream original(kept->original);
+  if (original && hash_of(content_of(std::move(original))) != kept->hash && warned.insert(copy).second) {
     std::cerr << "warning: " << kept->original << " has changed since the run; its copy " << copy.string()
               << " is used\n";
   }

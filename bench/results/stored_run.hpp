@@ -70,13 +70,13 @@ class StoredRun {
   /// Throws UsageError with option, folder and `what`.
   [[noreturn]] void fail(const std::string& what) const;
 
-  /// Returns read(); nlohmann's exceptions and std::out_of_range become UsageError about run.json.
+  /// Returns read(); nlohmann's exceptions and std::logic_error become UsageError about run.json.
   auto check(const auto& read) const {
     try {
       return read();
     } catch (const nlohmann::json::exception& error) {
       fail_to_read(error.what());
-    } catch (const std::out_of_range& error) {
+    } catch (const std::logic_error& error) {
       fail_to_read(error.what());
     }
   }

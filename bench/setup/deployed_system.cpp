@@ -26,11 +26,8 @@ static void check_processors(const DeployedExecutor& executor, const std::string
 std::vector<DeployedThread> threads_of(const Graph& graph, const ExecutorSpec& spec) {
   std::vector<DeployedThread> threads;
   for (const ExecutorSpec& part : parts(spec)) {
-    DeployedExecutor plan;
-    if (spec.deployment) {
-      plan = spec.deployment->plan.executors[threads.size()];
-      check_processors(plan, spec.deployment->plan.file, graph.platform.cores);
-    }
+    const DeployedExecutor& plan = part.place;
+    if (spec.deployment) check_processors(plan, spec.deployment->plan.file, graph.platform.cores);
     DeployedThread& thread = threads.emplace_back();
     thread.name = plan.name;
     thread.executor = part.entry;

@@ -65,11 +65,6 @@ std::span<const ExecutorSpec> parts(const ExecutorSpec& spec) {
   return spec.deployment ? std::span(spec.deployment->executors) : std::span(&spec, 1);
 }
 
-ExecutorSpec deploy(const std::string& name_or_path, const Graph& graph, const GraphTasks& tasks,
-                    const SchedulerOptions& defaults) {
-  return deploy(find_deployment(name_or_path, graph, tasks), defaults);
-}
-
 ExecutorSpec deploy(Deployment plan, const SchedulerOptions& defaults) {
   auto deployed = std::make_shared<Deployed>();
   deployed->plan = std::move(plan);
@@ -78,13 +73,18 @@ ExecutorSpec deploy(Deployment plan, const SchedulerOptions& defaults) {
     throw InputError(file, 1, "the deployment has the name of an executor, " + deployed->plan.name,
                      "rename the deployment");
   }
+  std::uint32_t workers = 0;
   for (const DeployedExecutor& e : deployed->plan.executors) {
     try {
       deployed->executors.push_back(parse_executor(e.executor, defaults));
     } catch (const program::UsageError& error) {
       throw InputError(file, e.line, error.what(), "take one of `hotpath list executors`");
     }
-    const bool raises = deployed->executors.back().entry->traits.raises_timer_thread;
+    ExecutorSpec& part = deployed->executors.back();
+    part.place = e;
+    part.first_worker = workers;
+    workers += worker_count(*part.entry, part.scheduler);
+    const bool raises = part.entry->traits.raises_timer_thread;
     const bool budget = e.policy.scheduling_class == ThreadPolicy::Class::deadline;
     if (raises && (budget || e.policy.priority >= kHighestPriority)) {
       throw InputError(file, e.line,

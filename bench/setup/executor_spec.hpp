@@ -29,25 +29,29 @@ struct ExecutorSpec {
   SchedulerOptions scheduler;
   std::shared_ptr<const Deployed> deployment;
   Stack stack = Stack::native;
+  /// In a deployment: its name, threads and process, and the number of its first worker in a run.
+  DeployedExecutor place = {};
+  std::uint32_t first_worker = 0;
 };
 
 /// A deployment with its parsed executors.
 struct Deployed {
   Deployment plan;
-  std::vector<ExecutorSpec> executors;  ///< Parallel to plan.executors.
+  std::vector<ExecutorSpec> executors;  ///< By place, one of plan.executors.
 };
 
 /// All executors of `spec`: one, or the executors of the deployment.
 [[nodiscard]] std::span<const ExecutorSpec> parts(const ExecutorSpec& spec);
 
+/// The index in parts() of the executor that has the task.
+[[nodiscard]] inline std::uint32_t executor_of(const ExecutorSpec& spec, TaskId task) {
+  return spec.deployment ? spec.deployment->plan.executor_of[task] : 0;
+}
+
 /// The threads of an executor that is no deployment, without its timer thread.
 [[nodiscard]] unsigned job_threads(const ExecutorSpec& executor);
 
-/// The deployment of that name or file. Throws InputError with the line of an unknown executor.
-[[nodiscard]] ExecutorSpec deploy(const std::string& name_or_path, const Graph& graph,
-                                  const GraphTasks& tasks, const SchedulerOptions& defaults);
-
-/// The same for a deployment that this program has created.
+/// Throws InputError with the line of an unknown executor.
 [[nodiscard]] ExecutorSpec deploy(Deployment plan, const SchedulerOptions& defaults);
 
 /// Throws UsageError that lists the known executors.

@@ -132,7 +132,7 @@ std::vector<ExecutorSpec> executors_to_run(const CommonOptions& options, const G
   std::vector<ExecutorSpec> executors;
   for (const std::string& name : options.executors) executors.push_back(parse_executor(name, defaults));
   for (const std::string& name : options.deployments) {
-    executors.push_back(deploy(name, graph, tasks, defaults));
+    executors.push_back(deploy(find_deployment(name, graph, tasks), defaults));
   }
   std::set<std::string> labels;
   for (const ExecutorSpec& e : executors) {

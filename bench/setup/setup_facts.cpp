@@ -18,20 +18,12 @@ namespace hotpath::setup {
 namespace {
 
 results::DeploymentRecord record_of(const ExecutorSpec& spec, const TaskSet& set) {
-  const Deployment& plan = spec.deployment->plan;
-  results::DeploymentRecord record{plan.name, plan.file, {}};
-  std::uint32_t first = 0;
-  for (std::size_t e = 0; e < plan.executors.size(); ++e) {
-    const DeployedExecutor& executor = plan.executors[e];
-    const ExecutorSpec& part = spec.deployment->executors[e];
-    const std::uint32_t workers = worker_count(*part.entry, part.scheduler);
-    std::vector<std::string> tasks;
-    for (TaskId id = 0; id < set.size(); ++id)
-      if (plan.executor_of[id] == e) tasks.push_back(set[id].name);
-    record.executors.push_back({executor.name, executor.executor, to_string(executor.policy),
-                                executor.processors, executor.process, first, workers, std::move(tasks)});
-    first += workers;
-  }
+  results::DeploymentRecord record{spec.label, spec.deployment->plan.file, {}};
+  for (const ExecutorSpec& part : parts(spec))
+    record.executors.push_back(
+        {part.place, part.first_worker, worker_count(*part.entry, part.scheduler), {}});
+  for (TaskId id = 0; id < set.size(); ++id)
+    record.executors[executor_of(spec, id)].tasks.push_back(set[id].name);
   return record;
 }
 

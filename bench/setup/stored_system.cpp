@@ -47,8 +47,7 @@ ExecutorSpec deployed(const results::StoredRun& run, const results::DeploymentRe
   plan.file = (run.folder() / "run.json").string();
   plan.executor_of.assign(set.size(), 0);
   for (const results::DeployedExecutorRecord& of : stored.executors) {
-    plan.executors.push_back(
-        {of.name, of.executor, parse_thread_policy(of.policy), of.processors, 0, of.process});
+    plan.executors.push_back(of);
     plan.processes.resize(std::max<std::size_t>(plan.processes.size(), of.process + 1));
     for (const std::string& name : of.tasks) {
       const auto task = std::ranges::find(set.tasks, name, &Task::name);

@@ -96,8 +96,7 @@ struct Threads {
 std::vector<Threads> threads_of(const Graph& graph, const ExecutorSpec& spec, const LiveThreads* live) {
   std::vector<Threads> all;
   for (const ExecutorSpec& part : parts(spec)) {
-    DeployedExecutor plan;
-    if (spec.deployment) plan = spec.deployment->plan.executors[all.size()];
+    DeployedExecutor plan = part.place;
     if (live != nullptr && live->executor) plan.policy = *live->executor;
     const TimerHandling timers = part.entry->traits.timers;
     const bool raised = live != nullptr && live->timers ? is_real_time(*live->timers)
@@ -130,7 +129,7 @@ std::vector<Server> servers_of(const Graph& graph, const GraphTasks& tasks, cons
     const double load = drops ? 1 : loads[id];
     bool real_time = false, beside_group = reentrant;
     if (spec != nullptr) {
-      Threads& own = threads[spec->deployment ? spec->deployment->plan.executor_of[id] : 0];
+      Threads& own = threads[executor_of(*spec, id)];
       const bool on_timers = own.runs_timers && task.kind == TaskKind::timer;
       real_time = on_timers ? own.real_time_timers : own.real_time;
       beside_group |= own.runs_timers;

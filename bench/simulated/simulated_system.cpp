@@ -93,8 +93,7 @@ System::System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphT
     for (const TaskId id : parts.tasks(e)) nodes.insert(tasks.origin[id].node);
     executor.other_entities = kEntitiesOfANode * static_cast<std::uint32_t>(nodes.size());
     SimulatedThread thread;
-    if (spec.deployment)
-      thread = thread_of(threads[e], spec.deployment->plan.executors[e], spec.deployment->plan.file);
+    if (spec.deployment) thread = thread_of(threads[e], all[e].place, spec.deployment->plan.file);
     for (const WorkerRole role : executor.scheduler->workers()) {
       executor.threads.push_back(thread);
       if (role == WorkerRole::timer_management) executor.threads.back().priority = threads[e].timers_priority;

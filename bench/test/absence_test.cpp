@@ -103,7 +103,7 @@ TEST_F(Watching, TakesABoundAtTheEndOfALongJobForItsConsequence) {
   system.job(5010, 3, 21);
   until(5100);
   EXPECT_EQ(incidents().size(), 1U) << observer.judge().json(false)["incidents"];
-  EXPECT_EQ(incidents().front().breaches(), 3U) << "the budgets of both, and silence";
+  EXPECT_EQ(incidents().front().json()["breaches"], 3U) << "the budgets of both, and silence";
   EXPECT_THAT(incident(), HasSubstr("00:00:00.012 source (timer) ran 5000.000 ms"));
 }
 

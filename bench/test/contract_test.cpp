@@ -154,7 +154,7 @@ TEST(AnIncident, BeginsWithAStandstillOrElseWithWhatBrokeFirst) {
   incident.add({Role::standstill, at_ms(40), "a thread stands"}, true);
   EXPECT_EQ(incident.text(), "00:00:00.040 a thread stands");
   EXPECT_THAT(incident.facts(), testing::ElementsAre("00:00:00.020 a bound", "00:00:00.020 a budget"));
-  EXPECT_EQ(incident.breaches(), 4U);
+  EXPECT_EQ(incident.json()["breaches"], 4U);
   incident.add({Role::never_runs, at_ms(60), "a callback never runs"}, true);
   EXPECT_EQ(incident.text(), "00:00:00.060 a callback never runs");
   incident.add({Role::gone, at_ms(70), "a process has ended"}, true);
@@ -287,7 +287,8 @@ std::vector<std::string> budgets_and_waits(const std::string& threads, const std
                            "- {name: b, type: sensor, period_ms: 100, execution_time_ms: 5}\n"
                            "- {name: c, type: sensor, period_ms: 100, execution_time_ms: 5}\n");
   const File deployment("threads.yaml", "name: threads\nexecutors:\n" + threads);
-  const Contract contract = stated(graph, setup::deploy(deployment.path(), graph, make_tasks(graph), {}));
+  const Contract contract =
+      stated(graph, setup::deploy(find_deployment(deployment.path(), graph, make_tasks(graph)), {}));
   std::vector<std::string> all;
   for (std::size_t c = 0; c < 3; ++c) {
     const Term* const budget = find(contract.callbacks.at(c).terms, Clause::budget);

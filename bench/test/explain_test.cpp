@@ -130,8 +130,7 @@ TEST(Explain, CausesSumToTheLatencyInEveryDeployment) {
       graph.platform.cores = 2;
       for (const DeploymentPreset& preset : deployment_presets()) {
         SCOPED_TRACE(std::string(name) + " " + std::string(preset.name));
-        const setup::ExecutorSpec spec =
-            setup::deploy(std::string(preset.name), graph, make_tasks(graph), {});
+        const setup::ExecutorSpec spec = setup::deploy(preset.make(graph, make_tasks(graph)), {});
         const Simulated run(graph, spec, phases_of(graph), 400ms);
         ASSERT_NO_FATAL_FAILURE(check_all(run, false));
       }

@@ -161,10 +161,11 @@ TEST(Guarantees, ADeploymentOfPinnedThreadsHasThoseOfItsProcessors) {
   Graph graph = load_graph(find_graph("autoware"));
   graph.platform.cores = 2;
   const GraphTasks tasks = make_tasks(graph);
-  const auto picas = setup::guarantees(graph, tasks, setup::deploy("picas", graph, tasks, {}));
+  const auto picas =
+      setup::guarantees(graph, tasks, setup::deploy(find_deployment("picas", graph, tasks), {}));
   // From the rear driver on: its transformer on the other processor, then five jobs before the estimator.
   EXPECT_EQ(Duration(picas.value().chains.at(0).hot_path.value().ns), 25'200us);
-  EXPECT_FALSE(setup::guarantees(graph, tasks, setup::deploy("isolated", graph, tasks, {})));
+  EXPECT_FALSE(setup::guarantees(graph, tasks, setup::deploy(find_deployment("isolated", graph, tasks), {})));
 }
 
 TEST(Guarantees, ADeploymentKeepsItsProcessorsAndPolicies) {

@@ -50,11 +50,9 @@ class SimulatedFacts {
  public:
   SimulatedFacts(const setup::ExecutorSpec& executor, const Trace& trace, const ExecutionTimes& times) {
     if (!executor.deployment) return;
-    for (std::size_t e = 0; e < executor.deployment->executors.size(); ++e) {
-      const setup::ExecutorSpec& part = executor.deployment->executors[e];
-      const DeployedExecutor& plan = executor.deployment->plan.executors[e];
-      watch::ThreadFacts facts{.process = kProcess, .policy = plan.policy};
-      facts.processors = plan.processors;
+    for (const setup::ExecutorSpec& part : setup::parts(executor)) {
+      watch::ThreadFacts facts{.process = kProcess, .policy = part.place.policy};
+      facts.processors = part.place.processors;
       std::ranges::sort(facts.processors);
       for (std::uint32_t w = worker_count(*part.entry, part.scheduler); w > 0; --w) {
         facts.thread = kProcess + static_cast<std::uint32_t>(facts_.size());
@@ -127,14 +125,11 @@ class WatchedCase {
 
   imports::ExportedRun exported() const {
     imports::ExportedRun run{graph_, tasks_, trace_, {}, {}, {}, true, graph_.platform.cores};
-    for (std::size_t e = 0; e < setup::parts(executor_).size(); ++e) {
-      const setup::ExecutorSpec& part = setup::parts(executor_)[e];
+    for (const setup::ExecutorSpec& part : setup::parts(executor_)) {
       const std::uint32_t workers = worker_count(*part.entry, part.scheduler);
       run.polled.insert(run.polled.end(), workers, imports::emits_waits(part.entry->traits));
       run.states_jobs.insert(run.states_jobs.end(), workers, states_jobs(part));
-      if (executor_.deployment)
-        run.processors.insert(run.processors.end(), workers,
-                              executor_.deployment->plan.executors[e].processors);
+      if (executor_.deployment) run.processors.insert(run.processors.end(), workers, part.place.processors);
     }
     return run;
   }

@@ -159,7 +159,8 @@ class WholeProgram(CommandTest):
 
     def test_other_processes_disturb_a_repetition(self) -> None:
         cpu = max(os.sched_getaffinity(0))
-        spin = f"import os\nos.sched_setaffinity(0, {{{cpu}}})\nprint(flush=True)\nwhile True: pass"
+        spin = f"import os\nos.sched_setaffinity(0, {{{cpu}}})\nprint(flush=True)\n"
+        spin += f"while os.getppid() == {os.getpid()}: pass"  # ends also when the test is killed
         with subprocess.Popen([sys.executable, "-c", spin], stdout=subprocess.PIPE) as other:
             self.addCleanup(other.kill)
             if other.stdout is not None:

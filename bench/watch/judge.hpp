@@ -84,7 +84,6 @@ class Incident {
 
   [[nodiscard]] std::uint64_t number() const { return number_; }
   [[nodiscard]] Time last() const { return last_; }
-  [[nodiscard]] std::uint64_t breaches() const { return breaches_; }
   /// The most severe fact, or else the first broken term.
   [[nodiscard]] const Fact& first() const { return *std::ranges::min_element(facts_, {}, &Fact::order); }
   /// Less: it is more severe, or began earlier.

@@ -217,7 +217,7 @@ std::vector<Group> threads_of(const ObservedSystem& system, const setup::Executo
       if (system.executor_of[task] == e) thread.callbacks.push_back(task);
     if (thread.callbacks.empty()) continue;
     if (executor.deployment) {
-      const DeployedExecutor& plan = executor.deployment->plan.executors[e];
+      const DeployedExecutor& plan = setup::parts(executor)[e].place;
       thread.name = plan.name;
       thread.terms.push_back({.clause = Clause::policy, .policy = plan.policy});
       if (!plan.processors.empty())
