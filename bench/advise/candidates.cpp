@@ -327,7 +327,7 @@ Question::Question(const Options& given)
       objective(
           parse_objective(given.objective, graph,
                           given.choose_phases ? Objective::Statistic::worst : Objective::Statistic::p99)),
-      folder(setup::output_folder(given, graph)) {
+      folder(setup::output_folder(given.output, graph.name)) {
   std::vector<std::string> notes = setup::utilisation(graph, tasks, nullptr).warnings;
   if (!objective.note.empty()) notes.insert(notes.begin(), objective.note);
   for (const std::string& sentence : notes) std::cerr << "note: " << sentence << "\n";

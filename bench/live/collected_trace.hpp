@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <string>
 #include <vector>
 
 #include "hotpath/core/trace.hpp"
@@ -26,5 +27,13 @@ namespace hotpath::live {
 /// had not finished by `end` is `running`.
 [[nodiscard]] Trace collected_trace(const Plan& plan, const std::deque<RunMemory>& memories, Time epoch,
                                     Time end);
+
+/// A sentence on the timers that left the grid of their timestamps, for a run with given phases; empty: none
+/// did. Two things lead off the grid (rcl/timer.c keeps the phase of a late timer): the call was more than a
+/// period late, so that timestamps were skipped; or a timer management thread released a job over a
+/// millisecond late. Executors without such a thread notice due timers between two jobs, which is part of
+/// their guarantees.
+[[nodiscard]] std::string left_grid(const TaskSet& set, const setup::ExecutorSpec& executor,
+                                    const results::Repetition& repetition);
 
 }  // namespace hotpath::live

@@ -12,10 +12,10 @@
 #include <random>
 
 #include "hotpath/reference_system/graph_file.hpp"
+#include "live/collected_trace.hpp"
 #include "live/live_checks.hpp"
 #include "live/rclcpp_process.hpp"
 #include "live/repetition_runner.hpp"
-#include "live/timer_grid.hpp"
 #include "machine/machine.hpp"
 #include "machine/release_cost.hpp"
 #include "program/errors.hpp"
@@ -71,7 +71,7 @@ class LiveRun {
   }
 
   void run() {
-    results::RunFolder folder(setup::output_folder(options_, graph_));
+    results::RunFolder folder(setup::output_folder(options_.output, graph_.name));
     program::catch_interrupts();
     for (const std::string& sentence : setup::idle_options(options_, executors_)) say(sentence);
     const auto varies = [](const Task& task) { return task.release_jitter > Duration{}; };

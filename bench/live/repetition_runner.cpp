@@ -13,7 +13,6 @@
 #include "live/collected_trace.hpp"
 #include "live/publisher.hpp"
 #include "live/rclcpp_process.hpp"
-#include "live/run_process.hpp"
 #include "machine/proc_files.hpp"
 #include "machine/shared_memory_watch.hpp"
 #include "program/child_process.hpp"
@@ -312,7 +311,10 @@ Duration set_up_limit(const Plan& plan) {
 
 std::vector<std::size_t> parts_in(const Plan& plan, std::uint32_t process) {
   if (!plan.executor.deployment) return {0};
-  return plan.executor.deployment->plan.executors_in(process);
+  std::vector<std::size_t> own;
+  for (std::size_t e = 0; e < setup::parts(plan.executor).size(); ++e)
+    if (setup::parts(plan.executor)[e].place.process == process) own.push_back(e);
+  return own;
 }
 
 std::vector<std::uint32_t> assign_processes(const Graph& graph, std::uint32_t processes) {

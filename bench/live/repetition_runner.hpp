@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "hotpath/reference_system/live_system.hpp"
+#include "hotpath/reference_system/run_channel.hpp"
 #include "results/run_record.hpp"
 #include "results/summary.hpp"
 #include "setup/executor_spec.hpp"
@@ -64,6 +66,12 @@ Duration set_up_limit(const Plan& plan);
 
 /// Capacity of the records of one process.
 RunMemory::Size memory_size(const Plan& plan, std::uint32_t process);
+
+/// One process of a repetition, from its fork to its end: it sets the system up, runs it when the
+/// coordinator says so, and reports. `memories`: of all processes of the repetition. Returns the
+/// exit code.
+int run_process(const Plan& plan, std::uint32_t process, const std::vector<std::uint32_t>& process_of_node,
+                std::deque<RunMemory>& memories, const Channel& coordinator);
 
 /// Runs one repetition in fresh processes that share one epoch. The calling process must have one
 /// thread only. `progress(elapsed)` is called about ten times a second.

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "live/run_process.hpp"
-
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,7 +8,7 @@
 #include <thread>
 
 #include "hotpath/live/clock.hpp"
-#include "hotpath/reference_system/run_channel.hpp"
+#include "live/repetition_runner.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::live {

@@ -46,18 +46,12 @@ std::vector<DeployedThread> threads_of(const Graph& graph, const ExecutorSpec& s
   return threads;
 }
 
-DeployedSystem deployed_system(const Graph& graph, const CallbackGraph& callbacks,
-                               const ExecutorSpec& deployed) {
-  DeployedSystem system{callbacks, threads_of(graph, deployed), deployed.deployment->plan.executor_of, {}};
-  if (!parts(deployed).empty()) system.platform = make_platform(graph, *parts(deployed).back().entry);
-  return system;
-}
-
 std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& callbacks,
                                    const ExecutorSpec& spec) {
   if (!spec.deployment)
     return graph_bounds({callbacks, *spec.entry, spec.scheduler, make_platform(graph, *spec.entry)});
-  const DeployedSystem system = deployed_system(graph, callbacks, spec);
+  const DeployedSystem system{callbacks, threads_of(graph, spec), spec.deployment->plan.executor_of,
+                              make_platform(graph, *parts(spec).back().entry)};
   std::vector<GraphBounds> all = {deployment_bounds(system)};
   const DeployedThread& thread = system.threads.front();
   const bool has_a_processor =

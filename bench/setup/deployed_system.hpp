@@ -17,12 +17,8 @@ struct CommonOptions;
 /// ordinary class, on all processors. Throws InputError for a processor that the machine lacks.
 [[nodiscard]] std::vector<DeployedThread> threads_of(const Graph& graph, const ExecutorSpec& spec);
 
-/// The graph under a deployment on the machine of its platform, with the threads of a simulation. `callbacks`
-/// must outlive it. Throws InputError for a processor that the machine lacks.
-[[nodiscard]] DeployedSystem deployed_system(const Graph& graph, const CallbackGraph& callbacks,
-                                             const ExecutorSpec& deployed);
-
-/// The bounds of every method for an executor or a deployment.
+/// The bounds of every method for an executor or a deployment, with the threads of a simulation. Throws
+/// InputError for a processor that the machine lacks.
 [[nodiscard]] std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& callbacks,
                                                  const ExecutorSpec& spec);
 

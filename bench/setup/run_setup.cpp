@@ -57,10 +57,6 @@ std::string output_folder(const std::string& output, const std::string& name) {
   return made;
 }
 
-std::string output_folder(const CommonOptions& options, const Graph& graph) {
-  return output_folder(options.output, graph.name);
-}
-
 namespace {
 
 /// Calls `use`, which may reject the value of the option.

@@ -82,8 +82,6 @@ std::string time_stamp(const char* format);
 /// The folder for results: `output`, the value of --output, or if it is empty a new runs/DATE-NAME,
 /// the same at every call. At the end of the program it is removed if it is empty.
 std::string output_folder(const std::string& output, const std::string& name);
-/// The same with the name of the graph.
-std::string output_folder(const CommonOptions& options, const Graph& graph);
 
 /// The graph of a run after applying --set, --work, --load, --rate and --copies, in this order. Throws
 /// InputError, UsageError.

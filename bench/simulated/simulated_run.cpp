@@ -96,14 +96,14 @@ class SimulatedRun {
   }
 
   void run() {
-    program::check_output_folder(setup::output_folder(options_, graph_));
+    program::check_output_folder(setup::output_folder(options_.output, graph_.name));
     program::end_on_interrupt("hotpath: interrupted; the simulation was stopped, and nothing was stored\n");
     const results::Summary all = summary(true);
     program::catch_interrupts();  // from here on, the run is stored whole
     std::vector<std::string> notes = setup::idle_options(options_, executors_);
     notes.insert(notes.end(), warnings_.begin(), warnings_.end());
     for (const std::string& sentence : notes) std::cerr << "note: " << sentence << "\n";
-    results::RunFolder folder(setup::output_folder(options_, graph_));
+    results::RunFolder folder(setup::output_folder(options_.output, graph_.name));
     store(all, folder);
     folder.show([&] {
       results::write_table(std::cout, all, results::Detail::short_answer);
@@ -118,7 +118,7 @@ class SimulatedRun {
   }
 
   void store() {
-    results::RunFolder folder(setup::output_folder(options_, graph_));
+    results::RunFolder folder(setup::output_folder(options_.output, graph_.name));
     store(summary(), folder);
   }
 

@@ -172,16 +172,13 @@ TEST(Guarantees, ADeploymentKeepsItsProcessorsAndPolicies) {
   Graph graph = load_graph(find_graph("autoware"));
   graph.platform.cores = 2;
   const GraphTasks tasks = make_tasks(graph);
-  const CallbackGraph callbacks = bounds::callback_graph(graph, tasks, false);
   Deployment plan;
   plan.name = "plan";
   plan.file = "plan.yaml";
   plan.executors = {
       {.name = "a", .executor = "default", .policy = parse_thread_policy("rr:5"), .processors = {1}}};
   plan.executor_of.assign(tasks.set.size(), 0);
-  const auto thread = [&] {
-    return setup::deployed_system(graph, callbacks, setup::deploy(plan, {})).threads.at(0);
-  };
+  const auto thread = [&] { return setup::threads_of(graph, setup::deploy(plan, {})).at(0); };
   EXPECT_EQ(thread().other_policy, "rr:5");
   EXPECT_EQ(thread().processors, std::vector<unsigned>{1});
   plan.executors[0].policy = parse_thread_policy("fifo:5");

@@ -295,13 +295,6 @@ std::map<std::string, std::filesystem::path> deployment_files() {
 
 }  // namespace
 
-std::vector<std::size_t> Deployment::executors_in(std::uint32_t process) const {
-  std::vector<std::size_t> indices;
-  for (std::size_t e = 0; e < executors.size(); ++e)
-    if (executors[e].process == process) indices.push_back(e);
-  return indices;
-}
-
 std::vector<std::uint32_t> Deployment::process_of(const Graph& graph, const GraphTasks& tasks) const {
   std::vector<std::uint32_t> process(graph.nodes.size(), 0);
   for (TaskId id = 0; id < tasks.set.size(); ++id)

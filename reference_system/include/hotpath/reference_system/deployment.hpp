@@ -34,8 +34,6 @@ struct Deployment {
   std::vector<std::uint32_t> executor_of;  ///< By task.
   std::vector<std::string> processes{""};  ///< Names; executors without one share an unnamed process.
 
-  /// The indices of the process's executors.
-  [[nodiscard]] std::vector<std::size_t> executors_in(std::uint32_t process) const;
   /// By node.
   [[nodiscard]] std::vector<std::uint32_t> process_of(const Graph& graph, const GraphTasks& tasks) const;
 };
