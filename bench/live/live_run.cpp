@@ -62,9 +62,9 @@ class LiveRun {
     }
     graph_ = setup::graph_to_run(options_);
     plan_.graph = &graph_;
-    tasks_ = plan_.tasks = make_tasks(graph_);
+    plan_.tasks = make_tasks(graph_);
     name_stacks();
-    executors_ = setup::executors_to_run(options_, graph_, tasks_);
+    executors_ = setup::executors_to_run(options_, graph_, plan_.tasks);
     counting_ = setup::summary_options(options_, graph_);
     for (const setup::ExecutorSpec& e : executors_) runs_.push_back({e.label, {}});
     check();
@@ -75,7 +75,7 @@ class LiveRun {
     program::catch_interrupts();
     for (const std::string& sentence : setup::idle_options(options_, executors_)) say(sentence);
     const auto varies = [](const Task& task) { return task.release_jitter > Duration{}; };
-    if (std::ranges::any_of(tasks_.set.tasks, varies)) {
+    if (std::ranges::any_of(plan_.tasks.set.tasks, varies)) {
       say("release_jitter_ms of the graph changes nothing: live timers have the jitter of the machine");
     }
     const auto polls = [](const setup::ExecutorSpec& part) {
@@ -100,7 +100,7 @@ class LiveRun {
                                   : "every run failed; there is no result in " + folder.path().string());
     }
 
-    const results::Summary summary = results::summarize(tasks_.set, runs_, counting_);
+    const results::Summary summary = results::summarize(plan_.tasks.set, runs_, counting_);
     run_.partial = partial_;
     folder.close(run_, summary);
     report(folder, summary);
@@ -150,7 +150,7 @@ class LiveRun {
     if (!plan_.cpus.empty())
       std::ranges::set_difference(allowed_cpus(), plan_.cpus, std::back_inserter(publisher_cpus_));
     for (const setup::ExecutorSpec& e : executors_) {
-      setup::phases_of_repetition(options_, graph_, tasks_, e, 0);
+      setup::phases_of_repetition(options_, graph_, plan_.tasks, e, 0);
       check_deployment(plan_, e);
       if (e.stack == setup::Stack::rclcpp) check_on_rclcpp(e, plan_);
     }
@@ -177,7 +177,7 @@ class LiveRun {
       }
       buffers = std::max(buffers, own);
     }
-    setup::check_trace_memory(options_, tasks_, runs_planned(), buffers,
+    setup::check_trace_memory(options_, plan_.tasks, runs_planned(), buffers,
                               "a shorter --duration or fewer --repetitions");
   }
 
@@ -185,7 +185,7 @@ class LiveRun {
   /// of each job costs little.
   void prepare_work() {
     Duration longest{};
-    for (const Task& task : tasks_.set.tasks) longest = std::max(longest, task.wcet);
+    for (const Task& task : plan_.tasks.set.tasks) longest = std::max(longest, task.wcet);
     if (longest == Duration{}) return;
     if (graph_.work == WorkMode::cpu_time)
       plan_.cpu_time |= std::ranges::count(executors_, setup::Stack::native, &setup::ExecutorSpec::stack) > 0;
@@ -203,7 +203,7 @@ class LiveRun {
   Plan plan(std::uint32_t repetition, const setup::ExecutorSpec& executor) const {
     Plan p = plan_of(executor);
     setup::set_phases(p.tasks.set,
-                      setup::phases_of_repetition(options_, graph_, tasks_, executor, repetition));
+                      setup::phases_of_repetition(options_, graph_, plan_.tasks, executor, repetition));
     p.repetition = repetition;
     if (options_.live) {
       json facts = run_;
@@ -286,7 +286,7 @@ class LiveRun {
         static_cast<unsigned>(plan_.cpus.empty() ? allowed_cpus().size() : plan_.cpus.size());
     const setup::LiveThreads threads{machine_, plan_.executor_policy, plan_.timer_policy};
     for (const setup::ExecutorSpec& e : executors_) {
-      for (const std::string& sentence : setup::utilisation(here, tasks_, &e, &threads).warnings)
+      for (const std::string& sentence : setup::utilisation(here, plan_.tasks, &e, &threads).warnings)
         warn(sentence);
     }
   }
@@ -297,9 +297,9 @@ class LiveRun {
     std::vector<std::string> warnings = std::move(run_.warnings), stacks;
     for (const setup::Stack stack : options_.stacks) stacks.emplace_back(to_string(stack));
     const auto text = [](const auto& policy) { return policy ? to_string(*policy) : ""; };
-    run_ = setup::record_of(options_, graph_, tasks_.set, executors_);
+    run_ = setup::record_of(options_, graph_, plan_.tasks.set, executors_);
     run_.kind = results::RunKind::live;
-    run_.bounds = setup::timer_bounds(bounded, tasks_, executors_);
+    run_.bounds = setup::timer_bounds(bounded, plan_.tasks, executors_);
     run_.warnings = std::move(warnings);
     run_.live = results::LiveRecord{plan_,
                                     setup::time_stamp("%Y-%m-%dT%H:%M:%S%z"),
@@ -344,7 +344,6 @@ class LiveRun {
   Options options_;
   Plan plan_;
   Graph graph_;
-  GraphTasks tasks_;
   std::vector<setup::ExecutorSpec> executors_;
   results::SummaryOptions counting_;
   std::vector<results::ExecutorRuns> runs_;
