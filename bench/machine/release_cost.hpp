@@ -57,7 +57,7 @@ inline ReleaseCost measure_release_cost() {
   ReleaseCost result{cost[nearest_rank(cost.size(), 0.999)], cost.back()};
   for (auto& [timers, spent] : passes) {
     std::ranges::sort(spent);
-    const auto at = [&](double share) { return spent[nearest_rank(spent.size(), share)]; };
+    const auto at = [&spent = spent](double share) { return spent[nearest_rank(spent.size(), share)]; };
     result.passes.push_back({timers, spent.size(), at(0.5), at(0.99), spent.back()});
   }
   return result;
