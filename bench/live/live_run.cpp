@@ -148,7 +148,7 @@ class LiveRun {
     check_transport(options_, plan_, executors_);
     // The publishing process runs on the processors that --cpus leaves free.
     if (!plan_.cpus.empty())
-      std::ranges::set_difference(allowed_cpus(), plan_.cpus, std::back_inserter(publisher_cpus_));
+      std::ranges::set_difference(allowed_cpus(), plan_.cpus, std::back_inserter(plan_.live_cpus));
     for (const setup::ExecutorSpec& e : executors_) {
       setup::phases_of_repetition(options_, graph_, plan_.tasks, e, 0);
       check_deployment(plan_, e);
@@ -208,7 +208,7 @@ class LiveRun {
     if (options_.live) {
       json facts = run_;
       facts.erase("runs");
-      p.publishing = {publisher_cpus_, setup::seconds(options_.warm_up_s), facts.dump()};
+      p.publishing = {setup::seconds(options_.warm_up_s), facts.dump()};
     }
     return p;
   }
@@ -306,7 +306,6 @@ class LiveRun {
                                     stacks,
                                     text(plan_.executor_policy),
                                     text(plan_.timer_policy),
-                                    publisher_cpus_,
                                     machine_};
     if (plan_.cpus.empty()) run_.live->cpus = allowed_cpus();
   }
@@ -347,7 +346,6 @@ class LiveRun {
   std::vector<setup::ExecutorSpec> executors_;
   results::SummaryOptions counting_;
   std::vector<results::ExecutorRuns> runs_;
-  std::vector<int> publisher_cpus_;
   const machine::Machine machine_ = machine::read_machine();
   results::RunRecord run_;
   bool partial_ = false;

@@ -153,7 +153,7 @@ int run_publisher_process(const Plan& plan, const std::deque<RunMemory>& memorie
   pthread_setname_np(pthread_self(), "live_sender");
   setpriority(PRIO_PROCESS, 0, kNice);
   try {
-    if (!plan.publishing->cpus.empty()) pin_to_cpus(plan.publishing->cpus);
+    if (!plan.live_cpus.empty()) pin_to_cpus(plan.live_cpus);
     send_run(plan, memories, coordinator);
     return 0;
   } catch (const std::exception& error) {

@@ -16,9 +16,8 @@ namespace hotpath::live {
 
 /// How a repetition is published while it runs.
 struct Publishing {
-  std::vector<int> cpus;  ///< Of the process that publishes; empty: all.
-  Duration warm_up{};     ///< From the epoch; its latencies and response times are left out.
-  std::string facts;      ///< telemetry::RunInfo::facts.
+  Duration warm_up{};  ///< From the epoch; its latencies and response times are left out.
+  std::string facts;   ///< telemetry::RunInfo::facts.
 };
 
 /// Additional settings of a repetition on the real ROS 2 stack.

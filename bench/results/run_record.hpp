@@ -131,7 +131,7 @@ struct LiveSettings {
   TransportKind transport = TransportKind::fastdds;
   FastDdsOptions fastdds;
   std::uint32_t processes = 1;
-  std::vector<int> cpus;  ///< Of the executors; empty: all.
+  std::vector<int> cpus, live_cpus;  ///< Of the executors, and of the process that publishes; empty: all.
   bool all_interfaces = false, lock_memory = false, cpu_time = false;
   std::optional<Calibration> calibration;  ///< For a fixed amount of work.
 };
@@ -141,7 +141,6 @@ struct LiveRecord : LiveSettings {
   std::string date;
   std::vector<std::string> stacks;
   std::string executor_policy, timer_policy;  ///< Empty: the defaults of the executors.
-  std::vector<int> live_cpus;                 ///< Of the process that publishes.
   machine::Machine machine;
 };
 void visit_fields(auto& visit, program::MaybeConst<LiveRecord> auto& part) {
