@@ -10,6 +10,7 @@
 #include "hotpath/core/registry.hpp"
 #include "hotpath/core/utf8.hpp"
 #include "program/text.hpp"
+#include "results/executor_label.hpp"
 
 namespace hotpath::results {
 
@@ -17,19 +18,19 @@ using nlohmann::json;
 
 namespace {
 
-constexpr unsigned kTimerManagement = 1;  // worker of events executors
-
 double us(Time time) { return to_us(time.time_since_epoch()); }
 /// Ids are positive and unique; that of a process is that of its first thread.
 int process_of(const JobRecord& job) { return 100 * (job.process + 1); }
 int thread_of(const JobRecord& job) { return process_of(job) + job.worker; }
 
-/// Events executors release timers in a thread of their own.
+/// Of a worker that runs jobs. Of the timer management threads, only those of release-and-execute do.
 std::string worker_name(const std::string& executor, unsigned worker) {
-  const ExecutorEntry* const entry = find_executor(executor.substr(0, executor.find_first_of(":@")));
+  const ExecutorEntry* const entry = find_executor(ExecutorLabel(executor).name);
   if (entry == nullptr || entry->traits.family == Family::wait_set)  // none: a deployment
     return "worker " + std::to_string(worker);
-  return worker == kTimerManagement ? "timer management thread" : "executor thread";
+  const bool manages_timers =
+      entry->traits.timers == TimerHandling::release_and_execute && worker == entry->traits.timer_worker();
+  return manages_timers ? "timer management thread" : "executor thread";
 }
 
 bool is_shown(const JobRecord& r, const TraceWindow& window) {

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "hotpath/core/csv.hpp"
-#include "hotpath/core/events_scheduler.hpp"
 #include "hotpath/core/exploration.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
@@ -19,7 +18,7 @@
 
 namespace hotpath::simulated {
 
-Trace with_own_times(Trace trace, unsigned cores, bool raised) {
+Trace with_own_times(Trace trace, unsigned cores, std::optional<Worker> raised) {
   struct Change {
     Time at;
     bool begins;
@@ -33,9 +32,7 @@ Trace with_own_times(Trace trace, unsigned cores, bool raised) {
     changes.push_back({r.finish, false, i});
   }
   std::ranges::sort(changes, {}, [](const Change& c) { return std::pair(c.at, c.begins); });
-  const auto is_above = [&](std::size_t i) {
-    return raised && trace.jobs[i].worker == EventsScheduler::kTimerManagement;
-  };
+  const auto is_above = [&](std::size_t i) { return trace.jobs[i].worker == raised; };
   std::vector<double> own_ns(trace.jobs.size(), 0);
   std::vector<std::size_t> begun;
   Time now{};
@@ -109,7 +106,10 @@ std::unique_ptr<ExecutionTimes> replayed_times(const results::StoredRun& run, co
   }
   Graph machine;
   if (run.record().simulation) machine.platform = run.record().simulation->platform;
-  const bool raised = entry != nullptr && make_platform(machine, *entry).raised_releaser;
+  std::optional<Worker> raised;
+  if (entry != nullptr && entry->traits.timers == TimerHandling::release_and_execute &&
+      make_platform(machine, *entry).raised_releaser)
+    raised = entry->traits.timer_worker();
   return std::make_unique<ReplayedTimes>(
       tasks.set, working_jobs(tasks, with_own_times(measured, run.record().cores(), raised)));
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 
 #include "hotpath/core/workload.hpp"
 #include "hotpath/reference_system/graph.hpp"
@@ -25,8 +26,8 @@ inline constexpr std::array kListedColumns{"task",      "sequence",   "execution
 /// Returns the measured trace with finish - start replaced by the time that each job had a core,
 /// for replaying jobs of fixed work. This is the measured CPU time. Where that is missing, it is
 /// estimated: while more jobs are running than there are cores, jobs of the raised timer management
-/// thread (`raised`) have a core each, and the others share the remaining cores.
-[[nodiscard]] Trace with_own_times(Trace trace, unsigned cores, bool raised);
+/// thread (`raised`, if it runs jobs) have a core each, and the others share the remaining cores.
+[[nodiscard]] Trace with_own_times(Trace trace, unsigned cores, std::optional<Worker> raised);
 
 /// Overheads of the threads of a live run; zero without evidence.
 struct OwnCosts {

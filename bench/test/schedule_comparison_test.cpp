@@ -79,16 +79,16 @@ TEST(OwnTimes, TimeOfTheRaisedThreadIsNotThatOfTheJobItDisplaces) {
   Trace trace;
   trace.jobs = {timer_job(0, 0, 0ms, 0ms, 10ms), timer_job(1, 0, 4ms, 4ms, 7ms)};
   trace.jobs[1].worker = 1;
-  const Trace one = simulated::with_own_times(trace, 1, true);
+  const Trace one = simulated::with_own_times(trace, 1, 1);
   EXPECT_EQ(one.jobs[0].finish - one.jobs[0].start, 7ms);
   EXPECT_EQ(one.jobs[1].finish - one.jobs[1].start, 3ms);
-  const Trace two = simulated::with_own_times(trace, 2, true);
+  const Trace two = simulated::with_own_times(trace, 2, 1);
   EXPECT_EQ(two.jobs[0].finish - two.jobs[0].start, 10ms);
-  const Trace equal = simulated::with_own_times(trace, 1, false);
+  const Trace equal = simulated::with_own_times(trace, 1, std::nullopt);
   EXPECT_EQ(equal.jobs[0].finish - equal.jobs[0].start, 8500us);
   EXPECT_EQ(equal.jobs[1].finish - equal.jobs[1].start, 1500us);
   trace.jobs[0].cpu_time = 6900us;
-  EXPECT_EQ(simulated::with_own_times(trace, 1, true).jobs[0].finish, at(6900us));
+  EXPECT_EQ(simulated::with_own_times(trace, 1, 1).jobs[0].finish, at(6900us));
 }
 
 TEST(OwnCosts, AreTheGapsBeforeJobsThatWereDue) {

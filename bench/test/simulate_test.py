@@ -158,8 +158,20 @@ class Timeline(SimulateTest):
         starts, ends = ({e["id"] for e in events if e["ph"] == phase} for phase in "sf")
         self.assertEqual(starts, ends)
         self.assertEqual(len(starts), sum(job.parent is not None for job in jobs))
-        names = {e["args"]["name"] for e in events if e["name"] == "thread_name"}
-        self.assertEqual(names, {"executor thread", "timer management thread"})
+
+    def test_perfetto_trace_names_the_threads_that_run_jobs(self) -> None:
+        named = {
+            "cbg:2": ["executor thread"] * 2,
+            "rm-ro": ["executor thread"],
+            "rm-re": ["executor thread", "timer management thread"],
+            "multi:2": ["worker 0", "worker 1"],
+        }
+        run = self.simulate("--graph", "sequences", "--executors", ",".join(named), "--cores", 2, *BRIEF)
+        file = self.folder / "trace.json"
+        for executor, names in named.items():
+            self.accepted("export", "perfetto", run.path, "--executors", executor, "--output", file)
+            threads = [e for e in json.loads(file.read_text())["traceEvents"] if e["name"] == "thread_name"]
+            self.assertEqual([e["args"]["name"] for e in sorted(threads, key=itemgetter("tid"))], names)
 
 
 class Validate(SimulateTest):
