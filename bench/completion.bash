@@ -14,7 +14,7 @@ _hotpath() {
   elif [[ "$before" == --* ]]; then
     words=$(grep -oE -- "^ +(-[a-z],)?$before(,--[a-z-]+)* [^ ]+" <<< "$help" \
       | sed -E 's/.* //; s/=.*//; s/\[:[A-Z]+\]//; s/[][]//g' | grep '|' | tr '|' '\n')
-    if [[ "$before" == --executor* ]]; then words=$("$1" list executors | cut -d' ' -f1); fi
+    if [[ "$before" == --executors ]]; then words=$("$1" list executors | cut -d' ' -f1); fi
   else
     words=$(sed -nE 's/^([A-Z][a-z ]{9}  | {12}|  )([a-z][a-z0-9-]*),? .*/\2/p' <<< "$help")
   fi

@@ -83,7 +83,7 @@ chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root DEB
   hotpath --version
   hotpath simulate --duration 10 --output simulated
   hotpath report simulated
-  hotpath explain simulated --executor rm-ro
+  hotpath explain simulated --executors rm-ro
   hotpath analyze autoware --executors rm-ro
   hotpath bench --quick --only scheduler --output bench
   hotpath run --executors rm-ro --repetitions 1 --transport intra_process --duration 1 --output run

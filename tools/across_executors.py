@@ -99,7 +99,7 @@ def main() -> None:
                 print(f"{trace}: {options.traces} lacks it or {source}")
                 continue
             graph = imported(archives[0], Path(name)) / "graph.yaml"
-            recorded = imported(archives[1], Path(name), "--executor", executor)
+            recorded = imported(archives[1], Path(name), "--executors", executor)
             graph = with_priorities(graph) if trace == GIVEN else graph
             facts = {"from": source, "executor": executor, **predicted(graph, executor, recorded)}
             print(trace, facts)

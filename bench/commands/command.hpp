@@ -52,8 +52,6 @@ void add_commands(CLI::App& app);
 inline constexpr std::size_t kLongestMessage = 4000;
 /// The message on a command line that `app` refused, for an unknown word with the most similar one.
 [[nodiscard]] std::string wrong_use(const CLI::App* app, const CLI::Error& error);
-/// `word`, where it is --executor or --deployment as --executors or --deployments.
-[[nodiscard]] std::string plural(const std::string& word);
 
 /// Adds a subcommand. After parsing it calls `run` if no output of the command is one of its inputs, a file
 /// of a run or trace that it reads, or another output, whatever links they are behind.

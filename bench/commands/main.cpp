@@ -108,7 +108,6 @@ int main(int argc, char** argv) {
   commands::add_commands(app);
   try {
     std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
-    std::transform(words.begin(), std::ranges::find(words, "--"), words.begin(), commands::plural);
     std::ranges::reverse(words);  // as CLI11 wants them
     app.parse(words);
     std::cout << std::flush;

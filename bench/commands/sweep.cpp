@@ -62,7 +62,7 @@ double seconds_since(Clock::time_point begin) {
 }
 
 /// The option of a key in a sweep's file.
-std::string option_of(const std::string& key) { return plural("--" + key.substr(0, key.find('.'))); }
+std::string option_of(const std::string& key) { return "--" + key.substr(0, key.find('.')); }
 
 /// One call of the sweep's command.
 struct Call {

@@ -40,13 +40,6 @@ std::string unknown_word(const CLI::App& app, const CLI::App& command, const std
 
 }  // namespace
 
-std::string plural(const std::string& word) {
-  for (const std::string one : {"--executor", "--deployment"}) {
-    if (word == one || word.starts_with(one + "=")) return one + "s" + word.substr(one.size());
-  }
-  return word;
-}
-
 std::string wrong_use(const CLI::App* app, const CLI::Error& error) {
   const CLI::App* command = app;
   std::string path = app->get_name();

@@ -270,7 +270,7 @@ void Overview::add(const Explanation& explanation) {
 void explain(const Options& options) {
   const bool one = options.worst || options.quantile || options.sequence;
   const bool compares = options.executors.size() == 2 || !options.other.empty();
-  if (options.executors.size() > 2) throw UsageError("--executor: give one executor, or two to compare");
+  if (options.executors.size() > 2) throw UsageError("--executors: give one executor, or two to compare");
   if (compares && one) {
     throw UsageError(
         "explain: a comparison covers all outputs; leave out --worst, --quantile and --sequence");
@@ -287,7 +287,7 @@ void explain(const Options& options) {
   }
   const std::string second = options.executors.empty() ? "" : options.executors.back();
   if (options.other.empty() && first == second)
-    throw UsageError("--executor: the two executors are the same");
+    throw UsageError("--executors: the two executors are the same");
   const results::StoredRun other(options.other.empty() ? options.run : options.other, "explain");
   StoredOutputs others(other, second, options);
   explain_difference(options, stored, others);

@@ -363,7 +363,7 @@ std::string unexplained_sentence(const TimeSlices& slices) {
       "%zu threads share processors, but time slices of %.0f ms on processors that all of them use do not "
       "explain how: their jobs keep the times from start to end, less those of jobs within them, which may "
       "be too long, and SCHED_FIFO may be a wrong guess. Correct the deployment and pass it with "
-      "--deployment.",
+      "--deployments.",
       slices.unexplained, to_ms(Platform{}.time_slice));
 }
 

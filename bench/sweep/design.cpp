@@ -16,7 +16,7 @@ namespace {
 constexpr const char* kRemedy = "a sweep is one YAML map with `command` and `axes`; see docs/sweeps.md";
 
 /// Options of a command that the sweep sets itself.
-const std::vector<std::string> kOwnOptions = {"output", "threads", "help", "csv", "page", "quick"};
+const std::vector<std::string> kOwnOptions = {"output", "threads", "help", "csv", "quick"};
 
 double number(const YamlValue& value) {
   const std::optional<double> parsed = hotpath::parse<double>(value.text());
@@ -98,9 +98,7 @@ void parse_axes(const YamlValue& value, Design& design) {
 
 }  // namespace
 
-bool names_executor(const std::string& option) {
-  return option == "executor" || option == "executors" || option == "deployment" || option == "deployments";
-}
+bool names_executor(const std::string& option) { return option == "executors" || option == "deployments"; }
 
 std::string Axis::value(std::size_t i) const {
   return listed.empty() ? program::text("%.10g", from + static_cast<double>(i) * step) : listed[i];

@@ -33,7 +33,8 @@ simulat | simulate
 import {stock} | write `hotpath import ctf
 import ctf {stock}/tiny.yaml | is not a folder; unpack an archive
 run --fast | --fast | hotpath run --help
-run --executers rm-ro | --executors
+run --executer rm-ro | did you mean `--executors`?
+explain {stock}/run --executor rm-ro | did you mean `--executors`?
 run --domain 233 | --domain | 0 to 232
 run --transport fastdd | fastdds,intra_process | did you mean `fastdds`?
 run --graph autowear | did you mean `autoware`?

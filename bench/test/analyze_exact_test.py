@@ -82,7 +82,7 @@ class ExactTest(AnalyzeCase):
         self.assertIn("busy windows in any order", out)
         self.assertIn("a valid schedule", self.accepted("doctor", first))
         self.accepted("diff", first, "--simulated")
-        self.accepted("explain", first, "--executor", "default")
+        self.accepted("explain", first, "--executors", "default")
 
     def test_bounds_near_phases_exceed_the_exact_values_and_refuse_deadlines(self) -> None:
         graph = self.graph(

@@ -123,7 +123,7 @@ class AnalyzeTest(AnalyzeCase):
             "name: others, owns: rest",
         )
         mine.write_text("name: mine\nexecutors:\n" + "".join(f"  - {{{row}}}\n" for row in rows))
-        out = self.accepted("analyze", graph, "--cores", 2, "--deployment", mine, "--phases", "synchronous")
+        out = self.accepted("analyze", graph, "--cores", 2, "--deployments", mine, "--phases", "synchronous")
         for row in "A +4.000|B +11.000|T/A +5.000|O/B +-|chain +9.000|chain +4.000\n".split("|"):
             self.assertRegex(out, "\n" + row)
         self.assertIn("No exact values: several executors are not explored", out)

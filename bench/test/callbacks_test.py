@@ -60,7 +60,7 @@ class Callbacks(CommandTest):
         self.assertEqual(of[0], of[1], "every executor draws the same")
 
     def test_live_runs_lose_nothing(self) -> None:
-        common = "--graph callbacks --executor events-ro --duration 1 --warm-up 0 --load 5"
+        common = "--graph callbacks --executors events-ro --duration 1 --warm-up 0 --load 5"
         for options in ("--transport intra_process", "", "--processes 2"):
             with self.subTest(options=options):
                 output = self.folder / "-".join(["run", *options.split()])

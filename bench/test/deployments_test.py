@@ -111,7 +111,7 @@ class Deployments(CommandTest):
         cie = self.written(
             "threads.yaml", written.replace("SCHED_OTHER\n    nice: 0", "SCHED_FIFO\n    priority: 10", 1)
         )
-        self.rejected("graph", "autoware", "--as", "cie", "--deployment", "single", says="callback group")
+        self.rejected("graph", "autoware", "--as", "cie", "--deployments", "single", says="callback group")
         words = f"simulate --cores 2 --duration 1 --warm-up 0 --deployments cie:{cie}"
         run = self.measure(*words.split())
         self.check(run)

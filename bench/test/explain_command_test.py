@@ -36,14 +36,14 @@ class Explain(CommandTest):
         all_rows = [row for row in run.chains().get((executor, 0), []) if row[0] == chain]
         rows = [(row[1], row[2 if metric else 3]) for row in all_rows if metric or row[3] is not None]
         self.assertGreater(len(rows), 0)
-        together = self.explained(folder, "--executor", executor, "--repetition", 0, *metric)
+        together = self.explained(folder, "--executors", executor, "--repetition", 0, *metric)
         self.assertEqual(together["latency"], "hot path" if metric else "age")
         outputs = (together["not_explained"], together["all"]["outputs"])
         self.assertEqual(outputs, (len(all_rows) - len(rows), len(rows)))
         self.assertEqual(together["all"]["latency_ns"], sum(latency for _, latency in rows))
         self.assertEqual(sum(together["all"]["causes_ns"].values()), together["all"]["latency_ns"])
         for sequence, latency in rows[:10]:
-            of = ("--executor", executor, "--sequence", sequence, "--repetition", 0)
+            of = ("--executors", executor, "--sequence", sequence, "--repetition", 0)
             one = self.explained(folder, *of, *metric)
             self.assertEqual((one["latency_ns"], one["complete"]), (latency, True))
             self.assertEqual(sum(part["ns"] for part in one["parts"]), latency)
@@ -81,7 +81,7 @@ class Explain(CommandTest):
         rules = (("cbg:1", "earlier event (FIFO)"), ("cbg:2", "same callback group in use"))
         self.field("exclusive", "--executors cbg:1,cbg:2 --cores 2")
         for executor, rule in rules:
-            of = ("--chain", "t2", "--executor", executor, "--hot-path")
+            of = ("--chain", "t2", "--executors", executor, "--hot-path")
             (behind,) = self.explained("run", *of)["all"]["behind"]
             self.assertEqual(behind["rule"], rule)
             waits = "".join(self.explained("run", *of, "--worst").get("waits", []))
@@ -113,7 +113,7 @@ class Explain(CommandTest):
     def test_two_executors_and_two_runs(self) -> None:
         for name, executors in (("both", "default,edf-ro"), ("a", "default"), ("b", "edf-ro")):
             self.simulated(f"--executors {executors} --load 104 --phases synchronous", name)
-        one_run = self.explained("both", "--executor", "default,edf-ro")
+        one_run = self.explained("both", "--executors", "default,edf-ro")
         for side in "ab":
             self.assertEqual(sum(one_run[side]["causes_ns"].values()), one_run[side]["latency_ns"])
         self.assertEqual(self.explained("a", "b"), one_run)

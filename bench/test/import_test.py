@@ -119,7 +119,7 @@ class Deliveries(ImportTest):
             self.assertIn(order, graph.read_text())
         self.assertEqual({d["source"] for d in facts["deliveries"]}, {"ids", "creation"})
         recorded, other = self.imported(
-            self.unpacked("quiet_rm-ro", "upstream_jazzy_quiet_rm-ro"), *HOT_PATH, "--executor", "rm-ro"
+            self.unpacked("quiet_rm-ro", "upstream_jazzy_quiet_rm-ro"), *HOT_PATH, "--executors", "rm-ro"
         )
         words = ("import", "ctf", other.with_name("quiet_rm-ro"), "--executors", "rm-ro,cbg:9")
         self.rejected(*words, says="--executors cbg:9: no threads of the trace can be its own")

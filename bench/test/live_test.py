@@ -232,7 +232,7 @@ class Replay(LiveTest):
     def test_a_part_of_a_simulated_run(self) -> None:
         folder = self.measure("simulate", "--executors", "rm-ro,default", "--duration", 4, "--warm-up", 1)
         listener = self.listen()
-        self.replay("--executor", "default", "--from", 2, "--duration", 1, "--rate", 400)
+        self.replay("--executors", "default", "--from", 2, "--duration", 1, "--rate", 400)
         received = self.received(listener)
         self.assertEqual((received.run["executor"], received.run["transport"]), ("default", "simulated"))
         self.assertAlmostEqual(received.last["run_time_s"], 3)

@@ -118,7 +118,7 @@ class Page(CommandTest):
         browser.run("document.querySelectorAll('.outputs .pick')[arguments[0]].click()", place)
         row = browser.listed()["rows"][place]
         series = browser.run("return hotpathPage.store.document.series")[int(row["series"])]
-        words = ("--executor", series["executor"], f"--{kind}", name, "--repetition", row["repetition"])
+        words = ("--executors", series["executor"], f"--{kind}", name, "--repetition", row["repetition"])
         one = json.loads(self.accepted("explain", run.path, *words, "--sequence", row["sequence"], "--json"))
         account = browser.accounts()[0]
         self.assertEqual(account["causes"], {name: ns for name, ns in one["causes_ns"].items() if ns > 0})
@@ -210,7 +210,7 @@ class Page(CommandTest):
         shown = browser.texts("#explore .notes li")
         first, *others = RunFolder(self.folder / run).run["executors"]
         for executors, text in zip([first, *(f"{first},{other}" for other in others)], shown, strict=True):
-            answer = self.accepted("explain", run, "--executor", executors, "--json")
+            answer = self.accepted("explain", run, "--executors", executors, "--json")
             self.assertEqual(text, " ".join(json.loads(answer)["sentences"]))
 
     def check_bounds(self, browser: Browser, run: str) -> None:

@@ -110,7 +110,7 @@ class Sweeps(SweepTest):
 
     def test_live_cells(self) -> None:
         text = "command: run\nfixed: {graph: timers_only_60, load: 5, duration: 0.3, warm-up: 0, "
-        text += "transport: intra_process}\naxes: {executor: [default, rm-ro]}\n"
+        text += "transport: intra_process}\naxes: {executors: [default, rm-ro]}\n"
         self.sweep("live", text=text)
         rows = self.rows("live")
         self.assertEqual([row["executor"] for row in rows], ["default", "rm-ro"])
@@ -120,6 +120,7 @@ class Sweeps(SweepTest):
         analyze = "command: analyze\nfixed: {%s}\naxes: {load: [10]}\n"
         for text, said in (
             (SWEEP.replace("load: [40, 80", "laod: [40"), "sweep.yaml:4: `simulate` has no option --laod"),
+            (SWEEP.replace("executors", "executor"), "sweep.yaml:5: `simulate` has no option --executor"),
             (SWEEP.replace("80, 300", "-1"), "sweep.yaml:4: --load: `-1` is not a number"),
             (SWEEP.replace("rm-ro]", "rm-or]"), "sweep.yaml:5: there is no executor `rm-or`"),
             (SWEEP.replace("re,", "re, seed: 3,", 1), "sweep.yaml:2: `seed` of a cell follows"),

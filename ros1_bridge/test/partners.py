@@ -220,7 +220,7 @@ class BridgeTest(unittest.TestCase):
     ) -> Any:
         domain = self.domain if domain is None else domain
         command = [HOTPATH, "run", "--repetitions", 1, "--live", "--domain", domain, "--load", 20]
-        options = ["--executor", executor, "--duration", duration, "--output", output]
+        options = ["--executors", executor, "--duration", duration, "--output", output]
         return self.start_process([*command, *options])
 
     def listen(self, topics: Any) -> Any:

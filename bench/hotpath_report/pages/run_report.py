@@ -134,7 +134,7 @@ def causes(runs: Sequence[ReportedRun], key: Key) -> list[str]:
             continue
         for executor in executors:
             pair = executor if executor == executors[0] else f"{executors[0]},{executor}"
-            words = ("--executor", pair, "--chain", key[1], "--json")
+            words = ("--executors", pair, "--chain", key[1], "--json")
             with contextlib.suppress(InputError):
                 answer = json.loads(hotpath_command.output_of("explain", run.folder, *words))
                 text = " ".join(printable_content(answer["sentences"]))

@@ -13,7 +13,7 @@ export function account(store: Store, target: Target, o: Output): HTMLElement {
   const { causes, rules, series } = store.document;
   const run = store.run(o.series);
   const { executor, label } = series[o.series];
-  const words = [run.name, "--executor", executor, `--${target.kind}`, target.name].map(quoted).join(" ");
+  const words = [run.name, "--executors", executor, `--${target.kind}`, target.name].map(quoted).join(" ");
   const sums = causes.map(({ name, phrase, colour }, c) => {
     const chip = h("span", { class: "chip-colour", style: `background:${colour}` });
     return o.causes[c] > 0 ? h("li", { "data-cause": name, "data-ns": o.causes[c] }, chip, ` ${phrase}: ${ms(o.causes[c])} ms`) : null;
