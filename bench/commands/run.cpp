@@ -112,7 +112,6 @@ const Command kRun("Measure", 10, [](CLI::App& app) {
         options.executors = executors_of(options);
         live::run_live(options);
       });
-  run.alias("compare");
   add_run_options(run, o);
   show_first(run, {"--executors", "--set", "--quick", "--duration", "--stack", "--output"});
 });

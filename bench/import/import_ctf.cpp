@@ -56,7 +56,7 @@ void write_run(const Imported& imported, const fs::path& output, const char* nam
   repetition.trace.chains = results::counted_chains(rows, Time{});
   repetition.accounts = account(set, repetition.trace);
   results::RunFolder folder(output / name);
-  folder.append(set, setup::chain_names(best.graph), rows);
+  folder.append(set, setup::chain_names(best.graph), repetition.trace);
   setup::keep_inputs(folder, common, load_graph(common.graph), record);
   record.runs.push_back(results::record_of(set, setup::chain_names(best.graph), repetition));
   folder.write("run.json", json(record));
@@ -77,7 +77,6 @@ void write(const Imported& imported) {
   Trace recorded = best.trace;
   std::ranges::stable_sort(recorded.jobs, {},
                            [](const JobRecord& r) { return std::max(r.start, r.job.timestamp); });
-  recorded.chains = results::counted_chains(best.trace, Time{});
   write_run(imported, output, "run", recorded, results::RunKind::recorded);
   if (best.check.failure.empty())
     write_run(imported, output, "simulated", best.check.simulated, results::RunKind::simulated);

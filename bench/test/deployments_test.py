@@ -70,7 +70,7 @@ class Deployments(CommandTest):
             "name: imu, executor: 'multi:2', process: rear, owns: [Visualizer]",
             "name: rest, process: rest, owns: rest",
         )
-        common = ("compare", "--load", 10, "--warm-up", 0, "--repetitions", 1, "--deployments", mine)
+        common = ("run", "--load", 10, "--warm-up", 0, "--repetitions", 1, "--deployments", mine)
         run = self.measure(*common, "--duration", 1)
         self.check(run)
         processes = {e["first_worker"]: e["process"] for e in run.run["deployments"]["mine"]["executors"]}
@@ -94,7 +94,7 @@ class Deployments(CommandTest):
 
     def test_refused_with_file_and_line_before_anything_runs(self) -> None:
         far = self.write("far.yaml", "name: a, owns: [Visualizer]", "name: b, processors: [63], owns: rest")
-        for command in (("simulate", "--cores", 2), ("compare",)):
+        for command in (("simulate", "--cores", 2), ("run",)):
             self.rejected(*command, "--deployments", far, "--output", "none", says="far.yaml:4: executor b")
         # Exceeds the share of one CPU that Linux grants to deadline threads: denied like a missing
         # permission.
@@ -102,8 +102,8 @@ class Deployments(CommandTest):
         self.rejected("simulate", "--deployments", cpus, "--output", "none", says="cpus.yaml:3: ")
         if len(os.sched_getaffinity(0)) > 1:
             pinned = ["--cpus", min(os.sched_getaffinity(0)), "--output", "none"]
-            self.rejected("compare", "--deployments", cpus, *pinned, says="cpus.yaml:3: ")
-        self.rejected("compare", "--processes", 2, "--deployments", "isolated", says="--processes")
+            self.rejected("run", "--deployments", cpus, *pinned, says="cpus.yaml:3: ")
+        self.rejected("run", "--processes", 2, "--deployments", "isolated", says="--processes")
         self.assertFalse((self.folder / "none").exists())
 
     def test_callback_isolated_executor_configuration(self) -> None:

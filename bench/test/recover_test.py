@@ -18,7 +18,7 @@ from evidence import publish_on_request
 from hotpath_command import CommandTest, RunFolder, processes_of
 
 KILLS = int(os.environ.get("HOTPATH_KILLS", "6"))
-RUN = ("compare", "--executors", "default,rm-ro", "--repetitions", 4, "--transport", "intra_process",
+RUN = ("run", "--executors", "default,rm-ro", "--repetitions", 4, "--transport", "intra_process",
        "--load", 1, "--duration", 0.1, "--warm-up", 0)  # fmt: skip
 
 

@@ -202,5 +202,5 @@ class TwoBuilds(CommandTest):
             ("nope", HOTPATH, 2, "(new|old) build, repetition 0: nope: there is no graph"),
             ("autoware", "/nonexistent", 1, "/nonexistent"),
         ):
-            words = ("compare", graph, "--against", program, "--output", "ab")
+            words = ("run", graph, "--against", program, "--output", "ab")
             self.assertRegex(self.rejected(*words, code=expected, out=None), says)

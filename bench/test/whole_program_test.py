@@ -111,14 +111,14 @@ class WholeProgram(CommandTest):
 
     def test_every_executor_on_autoware_in_one_process(self) -> None:
         folder = self.measure(
-            "compare", "--executors", "all", "--transport", "intra_process", "--repetitions", 1,
+            "run", "--executors", "all", "--transport", "intra_process", "--repetitions", 1,
             "--load", 20, "--duration", 0.3, "--warm-up", 0.1,
         )  # fmt: skip
         self.check(folder, executors())
 
     def test_overload_loses_timestamps_and_samples_but_accounts_for_them(self) -> None:
         folder = self.measure(
-            "compare", "--executors", "default,events-re,rm-ro", "--load", 200, "--repetitions", 1, *SHORT
+            "run", "--executors", "default,events-re,rm-ro", "--load", 200, "--repetitions", 1, *SHORT
         )
         self.check(folder, ["default", "events-re", "rm-ro"])
         lost = [j for rows in folder.jobs().values() for j in rows if j.outcome in ("skipped", "overwritten")]
@@ -127,7 +127,7 @@ class WholeProgram(CommandTest):
     def test_sequences_repeated_with_variants(self) -> None:
         executors = ["edf-ro", "rm-re:first", "multi:3"]
         folder = self.measure(
-            "compare", "--graph", "sequences", "--executors", ",".join(executors), "--repetitions", 2,
+            "run", "--graph", "sequences", "--executors", ",".join(executors), "--repetitions", 2,
             "--transport", "intra_process", "--duration", 0.4, "--warm-up", 0,
         )  # fmt: skip
         self.check(folder, executors, repetitions=2)
@@ -136,7 +136,7 @@ class WholeProgram(CommandTest):
     def test_timers_only_has_no_chain_and_no_figure(self) -> None:
         executors = ["default", "dm-ro"]
         folder = self.measure(
-            "compare", "--graph", "timers_only_60", "--executors", ",".join(executors), "--repetitions", 1,
+            "run", "--graph", "timers_only_60", "--executors", ",".join(executors), "--repetitions", 1,
             "--phases", "synchronous", "--duration", 0.5, "--warm-up", 0,
         )  # fmt: skip
         self.check(folder, executors)
