@@ -25,9 +25,7 @@ class RunReader {
  public:
   RunReader(const fs::path& folder, Side& side) : run_(folder, "diff"), record_(run_.record()), side_(side) {
     const bool simulated = record_.kind == results::RunKind::simulated;
-    // Runs of older versions do not say whether times or releases were drawn.
-    const bool drawn = !simulated || record_.simulation->drawn ||
-                       record_.simulation->execution_times != "worst" || record_.phases == "random";
+    const bool drawn = !simulated || record_.simulation->drawn || record_.phases == "random";
     if (drawn && record_.kind != results::RunKind::recorded) first_ = static_cast<std::int64_t>(record_.seed);
     side.graph = record_.graph.name;
     side.length.emplace(record_.warm_up_s, record_.duration_s);
@@ -100,10 +98,6 @@ class RunReader {
     use_json(file, "hotpath", [&](const json& summary) {
       for (const json& executor : summary.at("executors")) {
         const std::string name = executor.at("executor");
-        if (!executor.contains("losses")) {
-          throw program::UsageError(file.string() + ": an older version wrote it; run `hotpath report " +
-                                    run_.folder().string() + " --summary`");
-        }
         Series& losses = side_.counts[{Measure::losses, key_of(std::nullopt, record_.graph.name, name)}];
         for (const json& r : executor.at("losses")) {
           losses[first_ + r.at("repetition").get<std::int64_t>()] =

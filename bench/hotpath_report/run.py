@@ -121,7 +121,7 @@ class Run:
         return dict(read_json(self.folder / "summary.json"))
 
     def verdict(self) -> list[str]:
-        """The sentences of summary.json that come first; none in older runs."""
+        """The sentences of summary.json that come first."""
         return list(self._summary.get("verdict", [])) if self.has_summary() else []
 
     def summary(self) -> list[dict[str, Any]]:
@@ -142,6 +142,6 @@ class Run:
         ]
 
     def command(self) -> str:
-        """Command line that repeats the run; empty: imported, or an older version."""
+        """Command line that repeats the run; empty: imported."""
         words = self.facts.get("command", [])
         return shlex.join(["hotpath", *words]) if words else ""

@@ -87,8 +87,7 @@ struct Machine {
 void fields(auto& visit, program::MaybeConst<Machine> auto& part) {
   HOTPATH_VISIT(cpu_model, processors, kernel, preempt_rt, distribution, governor, hypervisor, rt_runtime_us,
                 rt_period_us, load_average, compiler, build_type, turbo, clock_source, timer_slack_ns,
-                stolen_percent, real_time_threads, noise)
-  visit.if_stored("boot_parameters", part.boot_parameters);
+                stolen_percent, real_time_threads, noise, boot_parameters)
 }
 
 /// The observation time of read_machine() for a result folder.

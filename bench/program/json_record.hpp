@@ -95,11 +95,6 @@ class JsonFields {
   void unless(const std::type_identity_t<T>& absent, const char* key, T& value) {
     if (kWrites ? value != absent : present(key)) (*this)(key, value);
   }
-  /// A key that older files do not have.
-  void if_stored(const char* key, auto& value) {
-    if (has(key)) (*this)(key, value);
-  }
-  [[nodiscard]] bool has(const char* key) const { return kWrites || present(key); }
   /// A key that is left out where there is no value.
   void if_any(const char* key, auto& value) {
     if constexpr (kWrites) {

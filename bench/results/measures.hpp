@@ -306,7 +306,6 @@ void fields(auto& visit, program::MaybeConst<ProcessUsage> auto& part) {
   visit.up_to(kMost, "voluntary_context_switches", part.voluntary_switches);
   visit.up_to(kMost, "involuntary_context_switches", part.involuntary_switches);
   visit.ms("stolen_ms", part.stolen, kMost_ms);
-  if (!visit.has("others_ms")) return;  // of an older version
   visit.ms("throttled_ms", part.throttled, kMost_ms);
   visit.ms("others_ms", part.others, kMost_ms);
 }

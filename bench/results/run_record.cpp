@@ -88,7 +88,7 @@ static TaskSet tasks_from_json(const json& tasks) {
     task.name = j.at("task").get<std::string>();
     program::JsonFields read(j);
     read("kind", task.kind);
-    if (j.contains("wcet_ns")) read.ns("wcet_ns", task.wcet);  // runs of the first version lack it
+    read.ns("wcet_ns", task.wcet);
     if (task.kind != TaskKind::timer) continue;
     read.ns("period_ns", task.period);
     read.ns("deadline_ns", task.deadline);
@@ -109,7 +109,7 @@ void to_json(json& j, const RunRecord& run) {
 void from_json(const json& j, RunRecord& run) {
   program::JsonFields read(j);
   visit_fields(read, run);
-  if (j.contains("tasks")) run.tasks = tasks_from_json(j.at("tasks"));
+  run.tasks = tasks_from_json(j.at("tasks"));
   j.contains("cpus") ? visit_fields(read, run.live.emplace()) : visit_fields(read, run.simulation.emplace());
 }
 

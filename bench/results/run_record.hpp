@@ -144,15 +144,10 @@ struct LiveRecord : LiveSettings {
   machine::Machine machine;
 };
 void visit_fields(auto& visit, program::MaybeConst<LiveRecord> auto& part) {
-  HOTPATH_VISIT(date, transport, stacks, processes, cpus, machine)
+  HOTPATH_VISIT(date, transport, stacks, processes, all_interfaces, executor_policy, timer_policy, lock_memory,
+                cpu_time, cpus, live_cpus, machine)
   visit("network", part.fastdds.network);
-  visit.if_stored("domain", part.fastdds.domain);
-  visit.if_stored("all_interfaces", part.all_interfaces);
-  visit.if_stored("executor_policy", part.executor_policy);
-  visit.if_stored("timer_policy", part.timer_policy);
-  visit.if_stored("lock_memory", part.lock_memory);
-  visit.if_stored("cpu_time", part.cpu_time);
-  visit.if_stored("live_cpus", part.live_cpus);
+  visit("domain", part.fastdds.domain);
   visit.if_any("calibration", part.calibration);
 }
 
@@ -183,7 +178,7 @@ struct RunRecord : RunOptions {
 
   GraphRecord graph;
   std::vector<InputRecord> inputs;
-  TaskSet tasks;  ///< Without the phases of a repetition; empty in runs of the first version.
+  TaskSet tasks;  ///< Without the phases of a repetition.
   std::vector<std::string> chains;
   double load_percent = 0;  ///< Of one core.
   WorkMode work = WorkMode::fixed;
@@ -209,7 +204,8 @@ struct RunRecord : RunOptions {
 };
 void visit_fields(auto& visit, program::MaybeConst<RunRecord> auto& part) {
   HOTPATH_VISIT(kind, version, complete, partial, graph, chains, load_percent, load_given, work, executors,
-                rule, ties, repetitions, seed, phases, limits, bounds, runs, warnings, failures)
+                deployments, entity_order, rule, ties, repetitions, seed, phases, limits, bounds, runs,
+                warnings, failures)
   constexpr double kLongestS = 1e9;
   visit.up_to(kLongestS, "duration_s", part.duration_s);
   visit.up_to(kLongestS, "warm_up_s", part.warm_up_s);
@@ -217,8 +213,6 @@ void visit_fields(auto& visit, program::MaybeConst<RunRecord> auto& part) {
   visit.unless({}, "set", part.set);
   visit.if_any("rate_percent", part.rate_percent);
   visit.unless(1, "copies", part.copies);
-  visit.if_stored("deployments", part.deployments);
-  visit.if_stored("entity_order", part.entity_order);
   visit.unless({}, "inputs", part.inputs);
   visit.unless({}, "revision", part.revision);
   visit.unless({}, "entity_tasks", part.entity_tasks);
@@ -226,8 +220,7 @@ void visit_fields(auto& visit, program::MaybeConst<RunRecord> auto& part) {
   visit.if_any("phase_step_ms", part.phase_step_ms);
 }
 
-/// The second throws nlohmann's exceptions or std::logic_error for what is no run.json. What an older
-/// version did not write has the value that this version had.
+/// The second throws nlohmann's exceptions or std::logic_error for what is no run.json.
 void to_json(nlohmann::json& j, const RunRecord& record);
 void from_json(const nlohmann::json& j, RunRecord& record);
 

@@ -19,8 +19,7 @@ namespace hotpath::results {
 /// The folder of a finished live or simulated run. The epoch is time 0.
 class StoredRun {
  public:
-  /// Reads run.json. Messages name `option`. Throws UsageError for a folder without a complete run,
-  /// or with a run of a version that stored less, or that measured repetitions again.
+  /// Reads run.json. Messages name `option`. Throws UsageError for a folder without a complete run.
   StoredRun(std::filesystem::path folder, std::string option);
 
   const std::filesystem::path& folder() const { return folder_; }
@@ -99,7 +98,7 @@ class StoredRun {
 void keep_input(const RunFolder& folder, RunRecord& record, const std::string& kind,
                 const std::filesystem::path& original, std::string name = "");
 
-/// The run's own copy of its input of a kind; none in runs of older versions. Warns on standard
+/// The run's own copy of its input of a kind; none if it had no such input. Warns on standard
 /// error, once, if the original has changed since.
 [[nodiscard]] std::optional<std::filesystem::path> kept_input(const StoredRun& run, const std::string& kind);
 

@@ -22,7 +22,7 @@ CommonOptions options_of(const results::RunRecord& record) {
   return options;
 }
 
-/// Another graph may have been given, and older runs have only the graph's name or path.
+/// Another graph may have been given.
 void check_unchanged(const results::StoredRun& run, const Graph& graph, const TaskSet& set) {
   for (const Task& stored : run.record().tasks.tasks) {
     const auto task = std::ranges::find(set.tasks, stored.name, &Task::name);

@@ -30,8 +30,7 @@ struct StoredSystem {
 };
 
 /// Rebuilds the system from run.json and the run's copy of the graph, or from `graph`, another name or path.
-/// A key that an older version did not write gets the value that the older version used. Throws UsageError if
-/// the graph has changed since, InputError and UsageError for unreadable files.
+/// Throws UsageError if the graph has changed since, InputError and UsageError for unreadable files.
 [[nodiscard]] StoredSystem stored_system(const results::StoredRun& run, const std::string& graph = "");
 
 }  // namespace hotpath::setup

@@ -13,7 +13,6 @@
 #include "program/errors.hpp"
 #include "program/text.hpp"
 #include "results/executor_label.hpp"
-#include "results/stored_run.hpp"
 #include "simulated/repetition.hpp"
 
 namespace hotpath::simulated {

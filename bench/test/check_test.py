@@ -131,9 +131,14 @@ class Check(CommandTest):
                 document(self.run_folder.path / "run.json", json.dumps(self.run_folder.run | change))
 
     def test_what_cannot_be_checked(self) -> None:
-        facts = dict(self.run_folder.run, tasks=[])
-        (self.run_folder.path / "run.json").write_text(json.dumps(facts))
-        self.rejected("doctor", self.run_folder.path, says="stored less than this version needs")
+        file = self.run_folder.path / "run.json"
+        file.write_text(json.dumps(dict(self.run_folder.run, tasks=[])))
+        self.rejected("doctor", self.run_folder.path, says="its run.json has no tasks")
+        for key in ("tasks", "entity_order", "deployments"):
+            file.write_text(json.dumps({k: v for k, v in self.run_folder.run.items() if k != key}))
+            self.rejected(
+                "doctor", self.run_folder.path, says=("run.json is not one of", f"'{key}' not found")
+            )
         out = self.accepted("simulate", "--no-trace", "--duration", 0.1, "--output", "without")
         self.assertIn("Results", out)
         self.rejected("doctor", "without", says="jobs.csv: cannot be read (No such file")

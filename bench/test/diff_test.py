@@ -104,18 +104,18 @@ class Diff(CommandTest):
             found = {row["what"].split()[-1]: row["before"] for row in rows if row["what"].startswith("lost")}
             self.assertEqual(found, {e: lost[e] / 5 for e in ("default", "rm-ro")})
 
-    def test_a_summary_of_an_older_version_is_named_with_a_remedy(self) -> None:
-        older = self.folder / "older"
-        shutil.copytree(self.simulate(), older)
-        summary = json.loads((older / "summary.json").read_text())
+    def test_a_summary_without_losses_is_refused(self) -> None:
+        short = self.folder / "short"
+        shutil.copytree(self.simulate(), short)
+        summary = json.loads((short / "summary.json").read_text())
         for executor in summary["executors"]:
             del executor["losses"]
-        (older / "summary.json").write_text(json.dumps(summary))
-        for words in ((self.simulate(), older), (older, self.simulate())):
-            says = f"{older}/summary.json: an older version wrote it"
+        (short / "summary.json").write_text(json.dumps(summary))
+        for words in ((self.simulate(), short), (short, self.simulate())):
+            says = (f"{short}/summary.json", "'losses' not found")
             self.rejected("diff", *words, "--gate", says=says)
-        self.accepted("report", "--summary", older)
-        self.assertEqual(self.gate(self.simulate(), older)[0], 0)
+        self.accepted("report", "--summary", short)
+        self.assertEqual(self.gate(self.simulate(), short)[0], 0)
 
     def test_a_chain_that_falls_silent_is_worse(self) -> None:
         of = f"{FIELD}/silent_chain.yaml --executors fp-ro --phases random --repetitions 5 --duration 5"

@@ -54,9 +54,7 @@ class Filler {
   void unless(const std::type_identity_t<T>&, const char*, T& value) {
     fill(value);
   }
-  void if_stored(const char*, auto& value) { fill(value); }
   void if_any(const char*, auto& value) { fill(value.emplace()); }
-  bool has(const char*) const { return true; }
   void up_to(auto, const char*, auto& value) { fill(value); }
   void ms(const char*, auto& value, double = 0) { fill(value); }
   void ns(const char*, Duration& value) { fill(value); }
@@ -110,13 +108,6 @@ TEST(RunRecord, EachKeyIsReadAsItWasWrittenAndDocumented) {
 
 TEST(Summary, EachKeyIsDocumented) {
   expect_documented(results::summarize(timer_and_subscription(), {{"default", {{}}}}, {{"chain"}, {}, {}}));
-}
-
-TEST(RunRecord, AnOlderVersionStoredLessOfTheUsage) {
-  nlohmann::json stored = results::ProcessUsage{.wall = 9ms};
-  stored.erase("throttled_ms");
-  stored.erase("others_ms");
-  EXPECT_EQ(stored.get<results::ProcessUsage>().wall, 9ms);
 }
 
 TEST(RunRecord, ATimerWithoutAPeriodAndATaskOfNoKindAreRejected) {

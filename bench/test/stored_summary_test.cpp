@@ -4,7 +4,6 @@
 
 #include <gmock/gmock.h>
 
-#include <fstream>
 #include <sstream>
 
 #include "graph_fixture.hpp"
@@ -140,19 +139,6 @@ TEST_F(StoredSummaryTest, FirstTimestampsAreThoseOfTheTimersOfTheGraph) {
   EXPECT_THAT(stored.first_timestamps(set_, "default", 0), ElementsAre(3ms));
   EXPECT_THAT([&] { static_cast<void>(stored.first_timestamps(set_, "default", 1)); },
               ThrowsMessage<program::UsageError>(HasSubstr("for 2 timers, the graph has 1")));
-}
-
-TEST_F(StoredSummaryTest, RefusesRepetitionsThatWereMeasuredAgain) {
-  ran("default", 0, 1);
-  record_.version = "0.9";
-  run();
-  nlohmann::json old;
-  std::ifstream(folder_.path() / "run/run.json") >> old;
-  old["runs"][0]["replaced_by"] = 3;
-  std::ofstream(folder_.path() / "run/run.json") << old;
-  EXPECT_THAT([&] { const results::StoredRun refused(folder_.path() / "run", "RUN"); },
-              ThrowsMessage<program::UsageError>(
-                  testing::AllOf(HasSubstr("hotpath 0.9 measured again"), HasSubstr("measure it again"))));
 }
 
 }  // namespace hotpath::stored_summary_test

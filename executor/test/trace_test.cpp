@@ -154,15 +154,6 @@ TEST(ChainsCsv, LeavesWhatIsUnknownEmptyAndIsReadBack) {
   EXPECT_THROW(chains_of(set, {"hot path"}, again), InputError) << "a chain of another run";
 }
 
-TEST(ChainsCsv, IsReadWithoutTheSinksTask) {
-  std::istringstream file(
-      "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns\nrm-ro,0,c,7,20,31\n");
-  const std::vector<ChainRow> rows = chains_of({}, {"c"}, file);
-  ASSERT_EQ(rows.size(), 1U);
-  EXPECT_EQ(rows[0].record.end_to_end_latency, 31ns);
-  EXPECT_EQ(rows[0].record.sink, kNoTask);
-}
-
 class Accounting : public testing::Test {
  protected:
   Accounting() {

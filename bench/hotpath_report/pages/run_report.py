@@ -102,7 +102,6 @@ def tables(runs: Sequence[ReportedRun]) -> Iterator[Table]:
     executors = [([run.name, e["executor"]], e) for run in runs if run.has_summary() for e in run.summary()]
     chains, tasks = ([(names, of) for names, e in executors for of in e[key]] for key in ("chains", "tasks"))
     lost = [(names, task) for names, task in tasks if task.get("skipped") or task.get("overwritten")]
-    # Runs of older versions have no periods.
     timers = [(names, task) for names, task in tasks if (task.get("period_deviation_ms") or {}).get("n")]
     disturbed = [
         ([run.name, executor], {"repetition": repetition, "marks": "; ".join(marks)})

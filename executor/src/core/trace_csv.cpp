@@ -124,10 +124,10 @@ class RowReader {
   }
   void begin_row() { column_ = 0; }
   void operator()(std::string_view, auto&& field) { read(column_++, field); }
-  /// Leaves a field as it is if it is empty, or if the file is older than its column.
+  /// Leaves a field as it is if it is empty.
   void operator()(std::string_view, auto&& field, bool) {
     const std::size_t column = column_++;
-    if (column < in_.header().size() && !in_.text(column).empty()) read(column, field);
+    if (!in_.text(column).empty()) read(column, field);
   }
 
  private:
@@ -313,11 +313,7 @@ std::vector<Trace> read_jobs_csv(std::istream& in, const TaskSet& set, const std
 void for_each_chain(std::istream& stream, const TaskSet& set, const std::vector<std::string>& chains,
                     const std::string& file_name, const std::function<void(const ChainRow&)>& use) {
   CsvReader in(stream, file_name);
-  // Older files end before one of these columns.
-  const std::size_t end = in.find_column("finish_ns")   ? std::string::npos
-                          : in.find_column("sink_task") ? kChainsCsvHeader.find(",finish_ns")
-                                                        : kChainsCsvHeader.find(",sink_task");
-  in.require_header(kChainsCsvHeader.substr(0, end));
+  in.require_header(kChainsCsvHeader);
   RowReader reader(in, set, chains);
   while (in.next()) {
     ChainRow row;

@@ -51,7 +51,7 @@ struct ChainRow {
   std::string executor;
   std::uint32_t repetition = 0;
   std::size_t line = 0;  ///< In the file; counts from 1.
-  /// `dropped` is not in the file; older files lack `sink`, too.
+  /// `dropped` is not in the file.
   ChainRecord record;
 };
 /// Reads chains.csv row by row, in memory that does not grow with the file; `chains` are the names of the
