@@ -330,6 +330,7 @@ class Simulation {
     }
     if (s.unread.size() < task(reader).depth) s.unread.push_back(sample);
     if (executor_of(reader).family != Family::wait_set) enqueue({reader, 0, now_, now_, sample.deadline});
+    wake_threads();  // in the order of delivery, which decides between threads of one priority
   }
 
   /// cbg: the timer thread regains the timer, and the group queues again behind the others.
