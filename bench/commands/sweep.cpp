@@ -92,8 +92,8 @@ class SweepCells {
   /// command rejects.
   SweepCells(sweep::Design design, fs::path output) : design_(std::move(design)), output_(std::move(output)) {
     for (const sweep::Option& option : design_.fixed) check_name(option.name, option.line);
+    for (const sweep::Axis& axis : design_.axes) check_name(axis.name, axis.line);
     for (const sweep::Axis& axis : design_.axes) {
-      check_name(axis.name, axis.line);
       for (std::size_t i = 0; i < axis.size(); ++i) {
         if (!axis.is_checked(i)) continue;
         std::vector<sweep::Option> at = design_.coordinates(0);

@@ -54,7 +54,7 @@ class Deployments(CommandTest):
             "mine.yaml", "name: rest, policy: 'other:5', owns: rest", "name: imu, owns: [Visualizer]"
         )
         for transport in ("intra_process", "fastdds"):
-            words = f"compare --load 10 --duration 1 --warm-up 0 --repetitions 1 --transport {transport}"
+            words = f"run --load 10 --duration 1 --warm-up 0 --repetitions 1 --transport {transport}"
             run = self.measure(*words.split(), "--deployments", f"isolated,{mine}", output=transport)
             self.assertEqual(run.run["executors"], ["isolated", "mine"])
             self.check(run)

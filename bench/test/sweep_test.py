@@ -187,7 +187,7 @@ class ChildrenThatRefuse(SweepTest):
 
 class TwoBuilds(CommandTest):
     def test_compare_against_the_same_build(self) -> None:
-        words = "compare --executors default --graph timers_only_60 --load 5 --duration 0.3 --warm-up 0"
+        words = "run --executors default --graph timers_only_60 --load 5 --duration 0.3 --warm-up 0"
         words += " --transport intra_process --repetitions 3 --output ab --junit gate.xml --markdown gate.md"
         code, out, err = self.command(*words.split(), "--against", HOTPATH)
         self.assertIn(code, (0, 1), err)  # noise decides on so short a run

@@ -33,7 +33,9 @@ nodes:
 chains:
   - {name: path, nodes: [S, C], sources: [S], sink: C}
 """
-SWEEP = "command: simulate\nfixed: {graph: sequences, executor: rm-ro, duration: 1}\naxes: {load: [20, 40]}\n"
+SWEEP = (
+    "command: simulate\nfixed: {graph: sequences, executors: rm-ro, duration: 1}\naxes: {load: [20, 40]}\n"
+)
 RUNS = {
     "autoware": "--executors default,rm-ro --repetitions 3 --phases random --seed 5",
     "timers": "--graph timers_only_60 --executors default,rm-ro --phases synchronous",
