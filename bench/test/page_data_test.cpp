@@ -46,7 +46,8 @@ TEST(PageJob, CountsTimestampAndReleaseBackFromTheStart) {
   const auto at = [](std::int64_t ns) { return Time(Duration(ns)); };
   EXPECT_EQ(job_row({{0, 5, at(100), at(110), kNever, {}}, at(150), at(180)}),
             (PageJob{0, 5, 150, 30, 50, 40, 0}));
-  JobRecord sample{{1, 3, at(170), at(170), kNever, {0, 5}}, at(200)};
+  JobRecord sample{{1, 3, at(170), at(170)}, at(200)};
+  sample.job.parent = {0, 5};
   sample.outcome = Outcome::running;
   sample.worker = 1;
   EXPECT_EQ(job_row(sample), (PageJob{1, 3, 200, -1, 30, 30, 1}));
