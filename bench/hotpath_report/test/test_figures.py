@@ -17,7 +17,11 @@ import package
 
 BENCH = Path(__file__).resolve().parents[2]  # holds the package
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
-CHAINS_HEADER = "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns\n"
+CHAINS_HEADER = (
+    "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns,"
+    "sink_task,finish_ns,disparity_ns\n"
+)
+SINK = "ObjectCollisionEstimator/EuclideanClusterDetector,0,0\n"
 
 
 def run_json(**changes: Any) -> Any:
@@ -36,7 +40,7 @@ def run_json(**changes: Any) -> Any:
 
 def chain_rows(executor: str, latencies_ms: Iterable[float]) -> str:
     return "".join(
-        f"{executor},0,hot_path,{k},{int(ms * 1e6)},{int(ms * 1e6) + 1000}\n"
+        f"{executor},0,hot_path,{k},{int(ms * 1e6)},{int(ms * 1e6) + 1000},{SINK}"
         for k, ms in enumerate(latencies_ms)
     )
 
@@ -129,8 +133,8 @@ class HotPath(FigureTest):
         for file, text, *parts in (
             ("run.json", json.dumps(facts), "'kernel' not found"),
             ("chains.csv", CHAINS_HEADER, "chains.csv", "no rows"),
-            ("chains.csv", CHAINS_HEADER + "default,0,hot_path,1,fast,2\n", "chains.csv:2", "`fast`"),
-            ("chains.csv", CHAINS_HEADER + "edf,0,hot_path,1,1,2\n", "edf (repetition 0) is not in this run"),
+            ("chains.csv", CHAINS_HEADER + "default,0,hot_path,1,fast,2," + SINK, "chains.csv:2", "`fast`"),
+            ("chains.csv", CHAINS_HEADER + "edf,0,hot_path,1,1,2," + SINK, "edf (repetition 0) is not in this run"),
         ):
             self.write_run()
             self.write(file, text)
