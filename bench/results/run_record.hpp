@@ -144,8 +144,8 @@ struct LiveRecord : LiveSettings {
   machine::Machine machine;
 };
 void visit_fields(auto& visit, program::MaybeConst<LiveRecord> auto& part) {
-  HOTPATH_VISIT(date, transport, stacks, processes, all_interfaces, executor_policy, timer_policy, lock_memory,
-                cpu_time, cpus, live_cpus, machine)
+  HOTPATH_VISIT(date, transport, stacks, processes, all_interfaces, executor_policy, timer_policy,
+                lock_memory, cpu_time, cpus, live_cpus, machine)
   visit("network", part.fastdds.network);
   visit("domain", part.fastdds.domain);
   visit.if_any("calibration", part.calibration);

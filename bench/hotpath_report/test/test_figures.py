@@ -134,7 +134,11 @@ class HotPath(FigureTest):
             ("run.json", json.dumps(facts), "'kernel' not found"),
             ("chains.csv", CHAINS_HEADER, "chains.csv", "no rows"),
             ("chains.csv", CHAINS_HEADER + "default,0,hot_path,1,fast,2," + SINK, "chains.csv:2", "`fast`"),
-            ("chains.csv", CHAINS_HEADER + "edf,0,hot_path,1,1,2," + SINK, "edf (repetition 0) is not in this run"),
+            (
+                "chains.csv",
+                CHAINS_HEADER + "edf,0,hot_path,1,1,2," + SINK,
+                "edf (repetition 0) is not in this run",
+            ),
         ):
             self.write_run()
             self.write(file, text)
