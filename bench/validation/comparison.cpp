@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "hotpath/core/job_order.hpp"
+#include "hotpath/core/golden_trace.hpp"
 #include "validation/rows.hpp"
 
 namespace hotpath::validation {

@@ -7,7 +7,6 @@
 #include <array>
 
 #include "hotpath/core/golden_trace.hpp"
-#include "hotpath/core/job_order.hpp"
 #include "hotpath/core/platform.hpp"
 #include "hotpath/core/wait_set_scheduler.hpp"
 #include "task_sets.hpp"

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <map>
 #include <sstream>
+#include <utility>
 
 #include "hotpath/core/csv.hpp"
 #include "hotpath/core/timer.hpp"
@@ -95,6 +96,27 @@ GoldenTrace read_golden_trace(const std::filesystem::path& file) {
                    [](const GoldenJob& a, const GoldenJob& b) { return a.start < b.start; });
   if (has_worker) call_timers(trace);
   return trace;
+}
+
+double similarity(const JobOrder& a, const JobOrder& b) {
+  if (a.empty() && b.empty()) return 1;
+  std::vector<std::uint32_t> above(b.size() + 1), row(b.size() + 1);
+  for (const TaskId task : a) {
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      row[j + 1] = task == b[j] ? above[j] + 1 : std::max(above[j + 1], row[j]);
+    }
+    std::swap(above, row);
+  }
+  return 2.0 * above.back() / static_cast<double>(a.size() + b.size());
+}
+
+JobOrder by_period(JobOrder order, const TaskSet& set) {
+  for (TaskId& id : order) {
+    for (TaskId first = 0; first < id; ++first) {
+      if (set[first].kind == set[id].kind && set[first].period == set[id].period) id = first;
+    }
+  }
+  return order;
 }
 
 }  // namespace hotpath

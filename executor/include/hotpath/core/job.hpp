@@ -30,9 +30,7 @@ struct Job {
   Time deadline = kNever;     ///< Absolute; a subscription's job inherits the deadline of the publishing job.
   std::uint32_t skipped = 0;  ///< Timers: timestamps after this one for which no job is ever released.
   bool empty = false;         ///< Subscriptions: no sample is left for this event.
-  /// Subscriptions: the publishing job. The last member, because jobs without padding at their end are copied
-  /// in whole words.
-  JobRef parent{};
+  JobRef parent{};            ///< Subscriptions: the publishing job. Last, so that no padding follows.
 
   [[nodiscard]] JobRef ref() const { return {task, sequence}; }
 };
