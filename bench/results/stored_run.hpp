@@ -82,7 +82,7 @@ class StoredRun {
 
  private:
   [[noreturn]] void fail_to_read(const std::string& why) const {
-    fail("its run.json is not one of `hotpath run`: " + why);
+    fail("its run.json is not one of `hotpath run`: " + why + "; if another version wrote it, run it again");
   }
   [[noreturn]] void fail_missing(const std::string& executor, std::uint32_t repetition) const;
 
