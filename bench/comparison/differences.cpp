@@ -25,9 +25,6 @@ const std::set<std::string> kNoCounters = {"family_index", "per_family_instance_
                                            "threads",      "iterations",
                                            "real_time",    "cpu_time"};
 
-/// Ends of a benchmark's name say how it was measured.
-constexpr const char* kMeasured[] = {"/iterations:", "/manual_time", "/min_time:", "/real_time", "/repeats:"};
-
 /// As JSON, which also stores an empty text.
 json interval_text(const char* format, const std::optional<Interval>& interval) {
   return interval ? text(format, interval->low, interval->high) : "";
@@ -42,8 +39,7 @@ std::map<std::string, Samples> read_counters(const std::filesystem::path& file) 
       throw program::UsageError(file.string() + ": no measurements, there is nothing to report");
     for (const json& row : bench.at("benchmarks")) {
       static_cast<void>(row.at("real_time").get<double>());
-      auto benchmark = row.at("run_name").get<std::string>();
-      for (const char* end : kMeasured) benchmark.resize(std::min(benchmark.size(), benchmark.find(end)));
+      const auto benchmark = row.at("name").get<std::string>();
       for (const auto& [name, value] : row.items()) {
         if (!value.is_number() || kNoCounters.contains(name)) continue;
         Samples& samples = counters[program::concat(benchmark, " ", name)];

@@ -24,8 +24,6 @@ NS = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
 # Numbers of Google Benchmark's own that are no result.
 BOOKKEEPING = "family_index per_family_instance_index repetitions repetition_index threads iterations".split()
 BOOKKEEPING += ["real_time", "cpu_time"]
-# They say how it was measured, not what.
-MODIFIERS = re.compile(r"/(iterations:|manual_time|min_time:|real_time|repeats:)[^/]*")
 
 
 def three_digits(value: float) -> str:
@@ -33,14 +31,9 @@ def three_digits(value: float) -> str:
     return "0" if value <= 0 else f"{value:.{max(0, 2 - math.floor(math.log10(value)))}f}"
 
 
-def name_of(row: dict[str, Any]) -> str:
-    """The benchmark of one row of Google Benchmark."""
-    return MODIFIERS.sub("", row["run_name"])
-
-
 def values_of(row: dict[str, Any]) -> Iterator[tuple[Key, float]]:
-    """Time (ns) and counters of one row; units of counters are the endings of their names."""
-    benchmark = name_of(row)
+    """Time (ns) and counters of one row of bench.json; units of counters are the endings of their names."""
+    benchmark = row["name"]
     yield (benchmark, TIME), row["real_time"] * NS[row["time_unit"]]
     for metric, value in row.items():
         if isinstance(value, (int, float)) and metric not in BOOKKEEPING:

@@ -10,6 +10,7 @@ import contextlib
 import json
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -18,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from hotpath_report import hotpath_command
-from hotpath_report.bench_report import FILE, name_of, values_of, write
+from hotpath_report.bench_report import FILE, values_of, write
 from hotpath_report.errors import InputError, Interrupted, RunError, interruptible
 from hotpath_report.files import make_folder, read_json, write_json
 from hotpath_report.run import Run
@@ -26,6 +27,8 @@ from hotpath_report.run import Run
 HOT_PATH = "hot_path"  # no program, but `hotpath run`
 GRACE_S = 5
 Rows = list[dict[str, Any]]  # of Google Benchmark's JSON
+# They say how it was measured, not what.
+MODIFIERS = re.compile(r"/(iterations:|manual_time|min_time:|real_time|repeats:)[^/]*")
 PROGRAMS = ("scheduler", "simulator", "executor", "transport", HOT_PATH)
 
 
@@ -76,7 +79,7 @@ def run_program(program: Path, output: Path, options: dict[str, Any], rows: Rows
         found: Rows = read_json(output)["benchmarks"]
         failed = [row for row in found if row.get("error_occurred")]
         # compare.py compares rows of equal names, also of runs that measured for another time.
-        measured = [row | {"name": name_of(row)} for row in found if row not in failed]
+        measured = [row | {"name": MODIFIERS.sub("", row["run_name"])} for row in found if row not in failed]
         for row in measured:
             dict(values_of(row))
     except (InputError, KeyError, TypeError, AttributeError) as error:

@@ -139,7 +139,7 @@ class Report(unittest.TestCase):
     def test_every_kind_of_bar(self) -> None:
         result, text = self.report({
             "push_pop/std::priority_queue/ready/100": [{"time_ns": t} for t in (50, 40, 60)],
-            "timer_cycle/rm-ro/ready:100/tasks/1000/manual_time": [{"decide_ns": v} for v in (80, 90, 85)],
+            "timer_cycle/rm-ro/ready:100/tasks/1000": [{"decide_ns": v} for v in (80, 90, 85)],
             "simulate_600s/timers_only_90/rm-ro": [{"time_ns": 12_500_000, "jobs_per_s": 4e6}],
             "simulate_600s/autoware/rm-ro": [{"time_ns": 310_000_000}],
             "simulate_600s/autoware/default": [{"time_ns": 10_000_000}],

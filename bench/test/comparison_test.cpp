@@ -260,10 +260,7 @@ class Counters : public testing::Test {
   Options stored(const char* name, const std::map<std::string, std::vector<double>>& counters) {
     nlohmann::json rows = nlohmann::json::array();
     for (std::size_t r = 0; r < counters.begin()->second.size(); ++r) {
-      rows.push_back({{"run_name", "a/x:1/min_time:0.1/real_time"},
-                      {"real_time", 5},
-                      {"time_unit", "ns"},
-                      {"threads", 1}});
+      rows.push_back({{"name", "a/x:1"}, {"real_time", 5}, {"time_unit", "ns"}, {"threads", 1}});
       for (const auto& [counter, values] : counters) rows.back()[counter] = values[r];
     }
     std::filesystem::create_directories(base_ / name);
