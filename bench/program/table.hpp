@@ -71,6 +71,12 @@ struct Column {
   Column(std::string column, Of of, const char* format = "%.6g")
       : name(std::move(column)),
         value([of, format](const Row& row) { return Value(std::invoke(of, row), format); }) {}
+  /// Of rows of JSON: a pointer into the row. "-": there is nothing.
+  Column(std::string column, const char* pointer, const char* format = "%.6g")
+      : name(std::move(column)), value([at = nlohmann::json::json_pointer(pointer), format](const Row& row) {
+          const nlohmann::json found = row.value(at, nlohmann::json("-"));
+          return found.is_number_float() ? Value(found.get<double>(), format) : Value(found);
+        }) {}
 
   std::string name;
   std::function<Value(const Row&)> value;
@@ -92,8 +98,9 @@ struct Table {
 };
 
 template <class Row>
-[[nodiscard]] Table table_of(const std::vector<Column<Row>>& columns, const std::vector<Row>& rows) {
-  Table table("");
+[[nodiscard]] Table table_of(const std::vector<Column<Row>>& columns, const std::vector<Row>& rows,
+                             const std::string& title = "") {
+  Table table(title);
   for (const Column<Row>& column : columns) table.header.push_back(column.name);
   for (const Row& row : rows) {
     std::vector<Value>& values = table.rows.emplace_back();

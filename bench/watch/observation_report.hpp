@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <initializer_list>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -64,10 +63,41 @@ class ObservationReport {
     for (const char* lost : {"dropped", "damaged", "late", "ignored_entities"})
       if (const std::string meaning = lost; json_[lost] > 0)
         title += program::concat(", ", json_[lost], " ", meaning.substr(0, meaning.find('_')));
-    std::vector<program::Table> tables = {table_of("callbacks", title, kCallbacks)};
-    if (!json_["chains"].empty()) tables.push_back(table_of("chains", "Chains", kChains));
+    std::vector<nlohmann::json> callbacks = json_["callbacks"];
+    std::erase_if(callbacks, [](const nlohmann::json& callback) {
+      return imports::is_housekeeping(callback.value("topic", ""));  // every node has it
+    });
+    std::vector<program::Table> tables = {
+        program::table_of<nlohmann::json>({{"callback", "/name"},
+                                           {"jobs/s", "/rate", "%.1f"},
+                                           {"jobs", "/jobs"},
+                                           {"lost", "/lost"},
+                                           {"execution\np99 ms", "/execution_ms/p99", "%.3f"},
+                                           {"execution\nmax ms", "/execution_ms/max", "%.3f"},
+                                           {"response\np99 ms", "/response_ms/p99", "%.3f"},
+                                           {"response\nmax ms", "/response_ms/max", "%.3f"}},
+                                          callbacks, title)};
+    if (!json_["chains"].empty())
+      tables.push_back(program::table_of<nlohmann::json>({{"chain", "/chain"},
+                                                          {"outputs", "/outputs"},
+                                                          {"hot path\np99 ms", "/hot_path_ms/p99", "%.3f"},
+                                                          {"hot path\nmax ms", "/hot_path_ms/max", "%.3f"},
+                                                          {"age\np99 ms", "/age_ms/p99", "%.3f"},
+                                                          {"age\nmax ms", "/age_ms/max", "%.3f"}},
+                                                         json_["chains"], "Chains"));
     if (!json_["executor_threads"].empty())
-      tables.push_back(table_of("executor_threads", "Threads", kThreads));
+      tables.push_back(program::table_of<nlohmann::json>(
+          {{"process", "/process"},
+           {"thread", "/thread"},
+           {"name", "/name"},
+           {"executor", "/executor"},
+           {"policy", "/policy"},
+           {"before", "/policy_before"},
+           {"processors", [](const nlohmann::json& row) { return program::joined(row["processors"], ","); }},
+           {"CPU\nms/s", "/cpu_ms_per_s", "%.1f"},
+           {"waited\nms/s", "/waited_ms_per_s", "%.1f"},
+           {"withheld\nms/s", "/withheld_ms_per_s", "%.1f"}},
+          json_["executor_threads"], "Threads"));
     return tables;
   }
   [[nodiscard]] const nlohmann::json& json() const { return json_; }
@@ -85,32 +115,6 @@ class ObservationReport {
     std::string executor = {};
     nlohmann::json rates = {{"cpu_ms_per_s", 0.0}, {"waited_ms_per_s", 0.0}, {"withheld_ms_per_s", 0.0}};
   };
-  /// What tables show of the rows of JSON: a pointer into the row, and the header.
-  using Columns = std::initializer_list<const char*>;
-  static constexpr Columns kCallbacks = {"/name=callback",
-                                         "/rate=jobs/s",
-                                         "/jobs=jobs",
-                                         "/lost=lost",
-                                         "/execution_ms/p99=execution\np99 ms",
-                                         "/execution_ms/max=execution\nmax ms",
-                                         "/response_ms/p99=response\np99 ms",
-                                         "/response_ms/max=response\nmax ms"};
-  static constexpr Columns kChains = {"/chain=chain",
-                                      "/outputs=outputs",
-                                      "/hot_path_ms/p99=hot path\np99 ms",
-                                      "/hot_path_ms/max=hot path\nmax ms",
-                                      "/age_ms/p99=age\np99 ms",
-                                      "/age_ms/max=age\nmax ms"};
-  static constexpr Columns kThreads = {"/process=process",
-                                       "/thread=thread",
-                                       "/name=name",
-                                       "/executor=executor",
-                                       "/policy=policy",
-                                       "/policy_before=before",
-                                       "/processors=processors",
-                                       "/cpu_ms_per_s=CPU\nms/s",
-                                       "/waited_ms_per_s=waited\nms/s",
-                                       "/withheld_ms_per_s=withheld\nms/s"};
 
   static void name_executor(FollowedThread& thread, const Observer& observer) {
     if (thread.executor.empty()) thread.executor = observer.executor_of(thread.facts.key());
@@ -196,29 +200,6 @@ class ObservationReport {
     if (whole_) return;
     thread.before = now;
     thread.before_at = read_;
-  }
-
-  [[nodiscard]] program::Table table_of(const char* key, const std::string& title, Columns columns) const {
-    program::Table table(title);
-    for (const std::string column : columns) table.header.push_back(column.substr(column.find('=') + 1));
-    for (const nlohmann::json& row : json_[key]) {
-      if (imports::is_housekeeping(row.value("topic", ""))) continue;  // every node has it
-      std::vector<program::Value>& cells = table.rows.emplace_back();
-      for (const std::string column : columns)
-        cells.emplace_back(shown(row, column.substr(0, column.find('='))));
-    }
-    return table;
-  }
-  /// A cell of a table; "-": the row has no such field.
-  static std::string shown(const nlohmann::json& row, const std::string& path) {
-    const nlohmann::json::json_pointer field(path);
-    if (!row.contains(field)) return "-";
-    const nlohmann::json& value = row.at(field);
-    if (value.is_null()) return "";
-    if (value.is_string()) return value;
-    if (value.is_array()) return program::joined(value, ",");
-    const bool is_rate = path == "/rate" || path.ends_with("_per_s");
-    return value.is_number_float() ? program::fixed(value, is_rate ? 1 : 3) : value.dump();
   }
 
   const bool whole_;
