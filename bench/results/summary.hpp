@@ -114,14 +114,6 @@ void fields(auto& visit, const ChainSummary& part) {
         json{{"median", age.median_to_default}, {"p99", age.p99_to_default}, {"max", age.max_to_default}});
 }
 
-/// The columns of its row in tables.
-void shown(auto& show, const ChainSummary& c) {
-  show("outputs", c.hot_path.quantiles.n);
-  show("median\ninterval", c.interval_ms.p50);
-  show("longest\ngap", c.interval_ms.max);
-  show("disparity,\nworst", c.disparity_ms.max);
-}
-
 /// Whether a task had timestamps or samples, but none of its jobs started.
 [[nodiscard]] inline bool never_ran(const TaskAccount& account) {
   return account[Outcome::ran] + account[Outcome::running] == 0 && account.accounted() > 0;
@@ -151,13 +143,6 @@ struct TaskSummary : TaskMeasures {
            account.accounted() > 0 && busy_share < 0.5;
   }
 };
-void shown(auto& show, const TaskSummary& timer) {
-  show("timer", timer.task);
-  show("period", to_ms(timer.period));
-  show("least", timer.period_ms.min);
-  show("greatest", timer.period_ms.max);
-  show("p99 off\nby", timer.period_deviation_ms.p99);
-}
 void fields(auto& visit, const TaskSummary& part) {
   HOTPATH_VISIT(task, kind)
   fields(visit, part, part.kind, part.timers_only);
@@ -243,16 +228,6 @@ struct ExecutorSummary {
       cpu_per_callback_us = static_cast<double>(usage.cpu_time.count()) / 1e3 / static_cast<double>(executed);
   }
 };
-
-void shown(auto& show, const ExecutorSummary& e) {
-  show("callbacks\nexecuted", e.executed);
-  show("skipped", e.skipped);
-  show("over-\nwritten", e.overwritten);
-  show("CPU us/\ncallback", e.cpu_per_callback_us);
-  show("deadline\noverruns", e.after_warm_up.deadline_overruns);
-  show("worst\nresponse ms", e.worst(&TaskSummary::response_ms));
-  show("as authors\ndefine it", e.worst(&TaskSummary::response_authors_ms));
-}
 
 /// The tasks that starved: `Node/topic never ran`, or `Node/topic ran 3 of 300 times`.
 [[nodiscard]] std::vector<std::string> starved(const ExecutorSummary& executor);

@@ -7,8 +7,6 @@
 #include <ostream>
 #include <span>
 #include <string>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 #include "hotpath/core/registry.hpp"
@@ -90,56 +88,51 @@ program::Table chain_table(const Summary& summary, std::size_t chain) {
   return table;
 }
 
-/// A table of what is shown() of parts of executors.
-template <class Part>
-struct ShownTable : program::Table {
-  explicit ShownTable(std::string of_text) : Table(std::move(of_text), {"executor"}) {
-    const auto add = [this](const char* column, const auto&) { header.emplace_back(column); };
-    shown(add, Part());
-  }
-  void add(const ExecutorSummary& e, const Part& part) {
-    std::vector<program::Value>& row = rows.emplace_back(1, e.executor);
-    const auto add = [&row](const char*, const auto& value) {
-      if constexpr (std::is_floating_point_v<std::remove_cvref_t<decltype(value)>>)
-        row.emplace_back(shown_number(value));
-      else
-        row.emplace_back(value);
-    };
-    shown(add, part);
-  }
-};
-
 /// What else users ask of the outputs of a chain.
 program::Table outputs_table(const Summary& summary, std::size_t chain) {
-  ShownTable<ChainSummary> table("outputs of " + summary.executors.front().chains[chain].chain + ", in ms");
-  table.header.insert(table.header.end(), {"hot path,\nmedian", "hot path,\np99"});
+  program::Table table("outputs of " + summary.executors.front().chains[chain].chain + ", in ms",
+                       {"executor", "outputs", "median\ninterval", "longest\ngap", "disparity,\nworst",
+                        "hot path,\nmedian", "hot path,\np99"});
   for (const ExecutorSummary& e : summary.executors) {
-    if (!e.overload.empty()) continue;
-    const LatencySummary& hot_path = e.chains[chain].hot_path;
-    table.add(e, e.chains[chain]);
-    table.rows.back().push_back(cell(hot_path, &Quantiles::p50, hot_path.median_to_default));
-    table.rows.back().push_back(cell(hot_path, &Quantiles::p99, std::nullopt));
+    const ChainSummary& c = e.chains[chain];
+    if (e.overload.empty())
+      table.add_row({e.executor, c.hot_path.quantiles.n, shown_number(c.interval_ms.p50),
+                     shown_number(c.interval_ms.max), shown_number(c.disparity_ms.max),
+                     cell(c.hot_path, &Quantiles::p50, c.hot_path.median_to_default),
+                     cell(c.hot_path, &Quantiles::p99, std::nullopt)});
   }
   return table;
 }
 
 program::Table jobs_table(const Summary& summary) {
-  ShownTable<ExecutorSummary> table("jobs of all tasks");
-  for (const ExecutorSummary& e : summary.executors)
-    e.overload.empty() ? table.add(e, e) : table.add_row(overloaded(table, e));
+  program::Table table("jobs of all tasks",
+                       {"executor", "callbacks\nexecuted", "skipped", "over-\nwritten", "CPU us/\ncallback",
+                        "deadline\noverruns", "worst\nresponse ms", "as authors\ndefine it"});
+  for (const ExecutorSummary& e : summary.executors) {
+    if (!e.overload.empty())
+      table.add_row(overloaded(table, e));
+    else
+      table.add_row({e.executor, e.executed, e.skipped, e.overwritten, shown_number(e.cpu_per_callback_us),
+                     e.after_warm_up.deadline_overruns, shown_number(e.worst(&TaskSummary::response_ms)),
+                     shown_number(e.worst(&TaskSummary::response_authors_ms))});
+  }
   return table;
 }
 
 /// The timer whose period varies most: upstream's third metric, for every timer.
 void write_periods(std::ostream& out, const Summary& summary) {
-  ShownTable<TaskSummary> table("period of the timer that varies most, in ms from start to start");
+  program::Table table("period of the timer that varies most, in ms from start to start",
+                       {"executor", "timer", "period", "least", "greatest", "p99 off\nby"});
   for (const ExecutorSummary& e : summary.executors) {
     const TaskSummary* most = nullptr;
     for (const TaskSummary& task : e.tasks) {
       const double range = task.period_range_ms();
       if (std::isfinite(range) && (most == nullptr || range > most->period_range_ms())) most = &task;
     }
-    if (most != nullptr) table.add(e, *most);
+    if (most != nullptr)
+      table.add_row({e.executor, most->task, shown_number(to_ms(most->period)),
+                     shown_number(most->period_ms.min), shown_number(most->period_ms.max),
+                     shown_number(most->period_deviation_ms.p99)});
   }
   if (!table.rows.empty()) out << table << '\n';
 }
