@@ -126,8 +126,7 @@ class Report(unittest.TestCase):
         facts = {"complete": True, "date": "today", "repetitions": 3, "machine": self.MACHINE, **changes}
         fixed = {"real_time": 0, "cpu_time": 0, "time_unit": "ns"}
         rows = [
-            {"name": name, "run_name": name, **fixed}
-            | {"real_time" if key == "time_ns" else key: value for key, value in values.items()}
+            {"name": name, **fixed} | {"real_time" if k == "time_ns" else k: v for k, v in values.items()}
             for name, repetitions in figures.items()
             for values in repetitions
         ]

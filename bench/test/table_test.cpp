@@ -8,6 +8,8 @@
 
 namespace hotpath::table_test {
 
+using nlohmann::json;
+
 struct Row {
   std::string name;
   std::optional<double> share;
@@ -34,13 +36,19 @@ TEST(TypedTable, IsWrittenAsText) {
             "          12    12.00     1      0\n");
 }
 
+TEST(TypedTable, HasColumnsOfJson) {
+  const std::vector<json> rows = {{{"of", {{"ms", 1.26}}}, {"cpu", 3}}, {{"of", json()}, {"cpu", json()}}};
+  EXPECT_EQ(program::concat(program::table_of<json>(
+                {{"ms", "/of/ms", "%.1f"}, {"cpu", "/cpu"}, {"thread", "/thread"}}, rows, "of JSON")),
+            "of JSON\n\nms   cpu  thread\n----------------\n1.3    3       -\n-              -\n");
+}
+
 TEST(TypedTable, IsWrittenAsCsvWithQuotes) {
   EXPECT_EQ(csv_of(table()),
             "name,share,mean_ms,jobs,holds\n\"a,\"\"b\"\"\",1.23,1.23,7,1\n<c>,,,0,0\n,12,12.00,1,0\n");
 }
 
 TEST(TypedTable, IsWrittenAsJsonWithTheSameDigits) {
-  using nlohmann::json;
   const json rows = json_of(table());
   EXPECT_EQ(rows[0],
             json({{"name", "a,\"b\""}, {"share", 1.23}, {"mean_ms", 1.23}, {"jobs", 7}, {"holds", 1}}));

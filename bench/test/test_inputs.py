@@ -92,7 +92,7 @@ def make_inputs(hotpath: Any) -> Any:
         "bench/bench.json": json.dumps(
             {
                 "context": {"complete": True, "date": "today", "repetitions": 3, "machine": Report.MACHINE},
-                "benchmarks": [MEASURED | {"run_name": MEASURED["name"]}],
+                "benchmarks": [MEASURED],
             }
         ),
     }
