@@ -236,7 +236,7 @@ class Candidates {
          true});
     if (graph_.platform.cores == 1) return;
     if (!several_processes_) add_chain_first(members, name);
-    add_chain_threads(chain.sources, members, name);
+    add_chain_threads(chain, members, name);
   }
 
   /// The graph with priorities: timers of the chain first, then by period; subscriptions inherit.
@@ -268,18 +268,17 @@ class Candidates {
   }
 
   /// Priorities rise along the data flow from the sources, so that started work is finished first (PiCAS).
-  void add_chain_threads(std::vector<TaskId> along, const std::set<TaskId>& members,
-                         const std::string& name) {
-    for (std::size_t i = 0; i < along.size(); ++i) {
-      for (const TaskId next : tasks_.downstream(along[i])) {
-        if (members.contains(next) && std::ranges::count(along, next) == 0) along.push_back(next);
-      }
-    }
+  void add_chain_threads(const ChainIndex& chain, const std::set<TaskId>& members, const std::string& name) {
+    const auto next = [&](TaskId id) {
+      std::vector<TaskId> along = tasks_.downstream(id);
+      std::erase_if(along, [&](TaskId other) { return !members.contains(other); });
+      return along;
+    };
     Deployment d = find_deployment("cie", graph_, tasks_);
     d.name = "cie:chain";
     d.description = concat("CallbackIsolatedExecutor, threads of ", name, " above all others");
     int priority = kChainPriority;
-    for (const TaskId id : along) {
+    for (const TaskId id : reached_from(chain.sources, next)) {
       ThreadPolicy& policy = d.executors[d.executor_of[id]].policy;
       if (policy.ordinary()) policy = {ThreadPolicy::Class::fifo, std::min(kMostPriority, priority++)};
     }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <iterator>
 #include <limits>
 #include <set>
 #include <sstream>
@@ -61,18 +60,6 @@ TaskId named_task(const Graph& graph, const GraphTasks& tasks, const std::string
       "--chain: ", name,
       named.empty() ? " is not a node or task of the graph" : " has several such callbacks; name one",
       "; the tasks are in graph.yaml, for example ", tasks.set[0].name));
-}
-
-/// These tasks, and those that their data reaches on the way to the sink.
-std::set<TaskId> reached(const GraphTasks& tasks, std::vector<TaskId> open, TaskId sink) {
-  std::set<TaskId> all;
-  while (!open.empty()) {
-    const TaskId id = open.back();
-    open.pop_back();
-    if (all.insert(id).second && id != sink)
-      std::ranges::copy(tasks.downstream(id), std::back_inserter(open));
-  }
-  return all;
 }
 
 }  // namespace
@@ -148,22 +135,6 @@ void ChainFollower::observe(const SimulatedMessage& message, Running& running) {
   observe_chains(history_, message, rules_.chains, ends, running, observed_);
 }
 
-std::vector<TaskId> find_cycle(const GraphTasks& tasks) {
-  std::vector<bool> done(tasks.set.size(), false);
-  std::vector<TaskId> path, cycle;
-  const std::function<void(TaskId)> visit = [&](TaskId id) {
-    if (done[id] || !cycle.empty()) return;
-    const auto open = std::ranges::find(path, id);
-    if (open != path.end()) return cycle.assign(open, path.end());
-    path.push_back(id);
-    for (const TaskId next : tasks.set[id].feeds) visit(next);
-    path.pop_back();
-    done[id] = true;
-  };
-  for (TaskId id = 0; id < tasks.set.size(); ++id) visit(id);
-  return cycle;
-}
-
 std::vector<ChainObservation> recorded_chains(const tracing::System& system, const RecordedGraph& graph,
                                               const RecordedWindow& window) {
   std::vector<ChainObservation> observations;
@@ -225,19 +196,24 @@ Chain chain_of(const std::string& text, const Graph& graph, const GraphTasks& ta
   chain.name = text.substr(colon + 1);
   const TaskId sink = named_task(graph, tasks, chain.name, false);
   std::ranges::replace(chain.name, '/', '.');  // names are written into CSV columns
+  const auto next = [&](TaskId id) { return id == sink ? std::vector<TaskId>() : tasks.downstream(id); };
+  const auto leads_to_sink = [&](TaskId id) {
+    return std::ranges::count(reached_from({id}, next), sink) > 0;
+  };
   std::vector<TaskId> sources;
   std::istringstream names(text.substr(0, colon));
   for (std::string name; std::getline(names, name, ',');) {
     const TaskId source = named_task(graph, tasks, name, true);
     if (tasks.set[source].kind != TaskKind::timer)
       throw program::UsageError("--chain: " + name + " is not a timer, and chains begin at timers");
-    if (!reached(tasks, {source}, sink).contains(sink))
+    if (!leads_to_sink(source))
       throw program::UsageError("--chain: no data flows from " + name + " to " + chain.name);
     chain.sources.push_back(tasks.set[source].name);
     sources.push_back(source);
   }
-  for (const TaskId id : reached(tasks, sources, sink))
-    if (reached(tasks, {id}, sink).contains(sink)) chain.nodes.push_back(tasks.set[id].name);
+  const std::vector<TaskId> reached = reached_from(sources, next);
+  for (const TaskId id : std::set(reached.begin(), reached.end()))
+    if (leads_to_sink(id)) chain.nodes.push_back(tasks.set[id].name);
   chain.sink = tasks.set[sink].name;
   return chain;
 }

@@ -353,7 +353,7 @@ class Builder {
   void cut_cycles() {
     for (;;) {
       const GraphTasks tasks = make_tasks(result_.graph);
-      std::vector<TaskId> cycle = find_cycle(tasks);
+      std::vector<TaskId> cycle = tasks.cycle();
       if (cycle.empty()) return;
       const auto jobs_of = [&](TaskId id) { return callback(result_.callback_of[id]).jobs; };
       std::rotate(cycle.begin(), std::ranges::min_element(cycle, {}, jobs_of), cycle.end());

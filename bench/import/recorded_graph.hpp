@@ -82,8 +82,6 @@ struct Shown {
 
 /// When it publishes, as part of a sentence.
 [[nodiscard]] std::string rule_text(const tracing::System& system, const InferredRule& rule);
-/// Tasks that feed each other in a cycle; empty: there is none.
-[[nodiscard]] std::vector<TaskId> find_cycle(const GraphTasks& tasks);
 
 /// The longest and most loaded chains whose data reaches their sinks and does not all come from outside of
 /// the recorded callbacks: of the others no output can have been recorded.

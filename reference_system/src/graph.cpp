@@ -188,6 +188,25 @@ std::vector<TaskId> GraphTasks::downstream(TaskId id) const {
   return next;
 }
 
+std::vector<TaskId> GraphTasks::cycle() const {
+  std::vector<std::size_t> followed(set.size(), 0);  // by task: how many of those that it feeds
+  for (TaskId start = 0; start < set.size(); ++start) {
+    std::vector<TaskId> path = {start};
+    while (!path.empty()) {
+      const TaskId id = path.back();
+      if (followed[id] == set[id].feeds.size()) {
+        path.pop_back();
+        continue;
+      }
+      const TaskId next = set[id].feeds[followed[id]++];
+      const auto open = std::ranges::find(path, next);
+      if (open != path.end()) return {open, path.end()};
+      path.push_back(next);
+    }
+  }
+  return {};
+}
+
 std::vector<TaskId> GraphTasks::subscriptions_to_create() const {
   std::vector<std::vector<TaskId>> before(set.size());  // by task: those that a topic reaches earlier
   for (const auto& of_task : readers) {

@@ -134,13 +134,11 @@ class ChainReader {
   void check_source(const Word& source) const {
     const TaskId start = start_of(source);
     // The members to which data flows through members only.
-    std::vector<TaskId> reached = {start};
-    std::map<TaskId, std::size_t> left = members_;
-    left.erase(start);
-    for (std::size_t i = 0; i < reached.size(); ++i) {
-      for (const TaskId next : tasks_.downstream(reached[i]))
-        if (left.erase(next) > 0) reached.push_back(next);
-    }
+    const std::vector<TaskId> reached = reached_from({start}, [&](TaskId id) {
+      std::vector<TaskId> next = tasks_.downstream(id);
+      std::erase_if(next, [&](TaskId other) { return !members_.contains(other); });
+      return next;
+    });
     if (std::ranges::find_first_of(reached, sink_tasks_) == reached.end())
       map_.fail("sink " + sink_.text + " of " + subject_ + " cannot be reached from source " + source.text +
                     " along its nodes: they end at " + graph_.nodes[tasks_.origin[reached.back()].node].name,

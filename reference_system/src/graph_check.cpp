@@ -60,41 +60,16 @@ void check_inputs(const GraphSource& source) {
   }
 }
 
-/// Finds subscriptions that activate each other for ever. Repeatedly removing
-/// all tasks without an upstream task leaves the tasks that are in a cycle or downstream of one.
 void check_cycles(const GraphSource& source, const GraphTasks& tasks) {
-  const TaskId count = tasks.set.size();
-  std::vector<std::vector<TaskId>> upstream(count);
-  for (TaskId id = 0; id < count; ++id)
-    for (const TaskId fed : tasks.set[id].feeds) upstream[fed].push_back(id);
-  std::vector<bool> left(count, true);
-  const auto is_left = [&](TaskId id) { return left[id]; };
-  for (bool changed = true; std::exchange(changed, false);) {
-    for (TaskId id = 0; id < count; ++id) {
-      if (!left[id] || std::ranges::any_of(upstream[id], is_left)) continue;
-      left[id] = false;
-      changed = true;
-    }
-  }
-  const auto first = std::ranges::find(left, true);
-  if (first == left.end()) return;
-
-  // Each remaining task has a remaining upstream task, so walking upstream ends in the cycle.
-  std::vector<TaskId> walk;
-  auto id = static_cast<TaskId>(first - left.begin());
-  while (std::ranges::find(walk, id) == walk.end()) {
-    walk.push_back(id);
-    id = *std::ranges::find_if(upstream[id], is_left);
-  }
-  walk.erase(walk.begin(), std::ranges::find(walk, id));
-  std::ranges::reverse(walk);
-  std::rotate(walk.begin(), std::ranges::min_element(walk), walk.end());
+  std::vector<TaskId> cycle = tasks.cycle();
+  if (cycle.empty()) return;
+  std::rotate(cycle.begin(), std::ranges::min_element(cycle), cycle.end());
   const auto name = [&](TaskId step) { return source.graph.nodes[tasks.origin[step].node].name; };
   std::string path;
-  for (const TaskId step : walk) path += name(step) + " -> ";
-  const TaskOrigin& origin = tasks.origin[walk.front()];
+  for (const TaskId step : cycle) path += name(step) + " -> ";
+  const TaskOrigin& origin = tasks.origin[cycle.front()];
   throw InputError(source.file, source.nodes[origin.node].inputs[*origin.input],
-                   "the nodes " + path + name(walk.front()) + " form a cycle without a timer",
+                   "the nodes " + path + name(cycle.front()) + " form a cycle without a timer",
                    "cut it at a cyclic node, or take this input from another topic");
 }
 

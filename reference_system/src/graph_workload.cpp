@@ -33,14 +33,9 @@ std::vector<std::vector<TaskId>> sources_of_chains(const GraphTasks& tasks, cons
   }
   for (std::uint32_t c = 0; c < chains.size(); ++c) {
     const ChainIndex& chain = chains[c];
-    std::vector<TaskId> reached = chain.sink_tasks;
-    for (std::size_t i = 0; i < reached.size(); ++i) {
-      const TaskId id = reached[i];
+    for (const TaskId id : reached_from(chain.sink_tasks, [&](TaskId to) { return upstream[to]; }))
       for (std::size_t s = 0; s < chain.sources.size(); ++s)
         sources[id].push_back(history.entry(c, s, chain.sources[s]));
-      for (const TaskId before : upstream[id])
-        if (std::ranges::count(reached, before) == 0) reached.push_back(before);
-    }
   }
   return sources;
 }

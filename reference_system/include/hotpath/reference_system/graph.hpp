@@ -288,10 +288,21 @@ struct GraphTasks {
   /// The next tasks that a task's data reaches: the tasks that it feeds, and tasks of its node
   /// whose messages contain its samples.
   [[nodiscard]] std::vector<TaskId> downstream(TaskId id) const;
+  /// Subscriptions that activate each other for ever, each before one that it feeds; empty: there are none.
+  [[nodiscard]] std::vector<TaskId> cycle() const;
   /// All subscriptions in an order of creation such that each topic's are in the order of its delivery
   /// and, where that allows it, each node's in the order of the graph.
   [[nodiscard]] std::vector<TaskId> subscriptions_to_create() const;
 };
+
+/// These tasks, then those to which `next`, the tasks that follow a task, leads: the nearest first.
+[[nodiscard]] std::vector<TaskId> reached_from(std::vector<TaskId> tasks, const auto& next) {
+  for (std::size_t i = 0; i < tasks.size(); ++i)
+    for (const TaskId id : next(tasks[i]))
+      if (std::ranges::count(tasks, id) == 0) tasks.push_back(id);
+  return tasks;
+}
+
 /// The nodes that subscribe to a topic, in the order of creation.
 [[nodiscard]] std::vector<std::string> subscribers_of(const Graph& graph, const std::string& topic);
 /// The topics of several subscribers whose order of delivery is unknown.
