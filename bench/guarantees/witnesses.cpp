@@ -115,9 +115,8 @@ std::string write_witnesses(const std::vector<bounds::ReachedWorstCase>& worst_c
   std::string lines;
   for (const bounds::ReachedWorstCase& worst : worst_cases) {
     const bool of_task = worst.latency == Latency::response;
-    const std::string quantity = of_task ? "response_" : worst.latency == Latency::age ? "age_" : "hot_path_";
-    const std::string subject =
-        quantity + (of_task ? tasks.set[worst.number].name : graph.chains[worst.number].name);
+    const std::string& name = of_task ? tasks.set[worst.number].name : graph.chains[worst.number].name;
+    const std::string subject = program::concat(to_string(worst.latency), " ", name);
     fs::path run = own / file_name(subject);
     while (fs::exists(run)) run += "_";
     const WitnessTimes times(tasks.set, worst.witness);
