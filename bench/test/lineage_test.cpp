@@ -64,13 +64,9 @@ void add_chains(Graph& graph) {
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     if (tasks.set[id].kind != TaskKind::timer) continue;
     cyclic.insert(node_of(id));
-    std::vector<TaskId> reached = {id};
     std::set<std::uint32_t> nodes;
-    for (std::size_t i = 0; i < reached.size(); ++i) {
-      nodes.insert(node_of(reached[i]));
-      for (const TaskId next : tasks.downstream(reached[i]))
-        if (std::ranges::count(reached, next) == 0) reached.push_back(next);
-    }
+    for (const TaskId at : reached_from({id}, [&](TaskId from) { return tasks.downstream(from); }))
+      nodes.insert(node_of(at));
     for (const std::uint32_t sink : nodes) {
       std::vector<std::string>& sources = chains[sink].sources;
       if (sources.size() < kMaxSources) sources.push_back(graph.nodes[node_of(id)].name);

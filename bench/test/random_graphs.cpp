@@ -137,18 +137,8 @@ class Generator {
   }
 
   static bool reaches(const GraphTasks& tasks, TaskId from, std::uint32_t node) {
-    std::vector<bool> seen(tasks.set.size(), false);
-    std::vector<TaskId> open = {from};
-    while (!open.empty()) {
-      const TaskId id = open.back();
-      open.pop_back();
-      if (tasks.origin[id].node == node) return true;
-      for (const TaskId next : tasks.downstream(id)) {
-        if (!seen[next]) open.push_back(next);
-        seen[next] = true;
-      }
-    }
-    return false;
+    const auto reached = reached_from({from}, [&](TaskId id) { return tasks.downstream(id); });
+    return std::ranges::any_of(reached, [&](TaskId id) { return tasks.origin[id].node == node; });
   }
 
   Random& random_;
