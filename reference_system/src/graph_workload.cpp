@@ -177,7 +177,7 @@ void GraphWorkload::publish_due(Running& job) {
   rest_ = next - std::exchange(job.done, next);
 }
 
-void GraphWorkload::delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) {
+void GraphWorkload::delivered(TaskId subscription, std::uint64_t sequence, const JobRef& parent) {
   const auto message = std::ranges::find_if(on_the_way_, [&](const OnTheWay& m) {
     return m.parent == parent && std::ranges::count(*m.readers, subscription) > 0;
   });

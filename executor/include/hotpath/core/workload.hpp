@@ -51,7 +51,7 @@ class Workload {
 
   /// The message published by job `parent` has reached `subscription` with number `sequence` (0, 1,
   /// ...). Messages of one publisher arrive in the order of publication.
-  virtual void delivered(TaskId /*subscription*/, std::uint64_t /*sequence*/, JobRef /*parent*/) {}
+  virtual void delivered(TaskId /*subscription*/, std::uint64_t /*sequence*/, const JobRef& /*parent*/) {}
 
   /// For exploration.hpp. A copy in the same state, which may share what it observes with this one; none: it
   /// is not explored.

@@ -110,7 +110,7 @@ class GraphWorkload final : public Workload {
   [[nodiscard]] std::uint32_t end_round(const Job& job) const override { return times_.end_round(job); }
   std::span<const TaskId> finish(const Job& job, const Task& task, Time now) override;
   [[nodiscard]] std::optional<Duration> rest() const override { return rest_; }
-  void delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) override;
+  void delivered(TaskId subscription, std::uint64_t sequence, const JobRef& parent) override;
   void overwritten(TaskId subscription, std::uint64_t sequence) override;
   /// The copy appends to the same observations.
   [[nodiscard]] std::unique_ptr<Workload> clone() const override {
