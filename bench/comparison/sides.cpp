@@ -161,7 +161,7 @@ std::string text_of(const Key& key) {
 
 std::vector<double>& Samples::of(std::int64_t number) {
   const auto found = std::ranges::find(repetitions.rbegin(), repetitions.rend(), number, &Repetition::number);
-  return found == repetitions.rend() ? repetitions.emplace_back(number).ms : found->ms;
+  return found == repetitions.rend() ? repetitions.emplace_back(Repetition{number, {}}).ms : found->ms;
 }
 
 RepeatedSamples Samples::resampled() const {
