@@ -90,14 +90,14 @@ void WaitSet::begin(Time epoch) {
 Decision WaitSetScheduler::decide(Worker worker, Time now) {
   // A recorded schedule shows who had the mutex, and when waits ended.
   const bool shared = workers().size() > 1 && !follows();
-  Decision decision;
+  Decision decision;  // one for all returns, so that none is copied
   decision.blocked = shared && wait_mutex_.blocks(worker);
   if (decision.blocked) return decision;
   const bool slept = wait_mutex_.enter(worker);
   if (slept) poll(now, [this](TaskId id) { return is_waited_for(id); });
   pick(now, decision);
   if (!decision.job && shared) {
-    begin_wait(worker, now, decision);  // and no return of its result: with one variable none is copied
+    begin_wait(worker, now, decision);
     return decision;
   }
   if (!decision.job) {

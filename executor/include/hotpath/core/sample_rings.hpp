@@ -71,8 +71,7 @@ class SampleRings {
     std::uint32_t head = 0, count = 0;
   };
   static std::size_t place(const Ring& r, std::uint32_t i) {
-    const std::uint32_t slot =
-        r.head + i;  // below twice the depth: no division in the simulator's inner loop
+    const std::uint32_t slot = r.head + i;  // below twice the depth, so that no division is needed
     return r.first + (slot < r.depth ? slot : slot - r.depth);
   }
 
