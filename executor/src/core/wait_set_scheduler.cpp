@@ -30,26 +30,24 @@ WaitSet::WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first,
       group_busy_(set.groups.size(), false),
       runs_first_(runs_first),
       asked_(asked),
-      timer_index_(set.size(), 0),
       snapshot_(set.size()) {
   assert(entity_order.empty() || entity_order.size() == set.size());
   entities_ = in_order_of_kinds(set_, entity_order, runs_first);
   std::erase_if(entities_, [this](TaskId id) { return !set_[id].local; });
   snapshot_.reserve(entities_.size());
-  for (const TaskId id : entities_) note_asked(id);
+  number_places();
   threads_alike_ = are_alike(set_, workers);
 }
 
 Joined WaitSet::add_task(const JoiningTask& joining, Time now) {
   const TaskId id = join_set(joining);
   group_busy_.resize(set_.groups.size(), false);
-  timer_index_.push_back(static_cast<std::uint32_t>(timers_.size()));
   if (set_[id].kind == TaskKind::timer) timers_.emplace_back(id, set_[id], now);
   const auto behind = std::ranges::find_if(entities_, [&](TaskId other) {
     return place_of_kind(set_[other], runs_first_) > place_of_kind(set_[id], runs_first_);
   });
   entities_.insert(behind, id);
-  note_asked(id);
+  number_places();
   snapshot_.add_task();
   snapshot_.reserve(entities_.size());
   return {id, joined(id)};
@@ -58,11 +56,11 @@ Joined WaitSet::add_task(const JoiningTask& joining, Time now) {
 void WaitSet::remove_task(TaskId task, Time now, const Visitor& dropped) {
   if (set_[task].kind == TaskKind::timer) {
     visit_due(timer(task), now, dropped);
-    timers_.erase(timers_.begin() + timer_index_[task]);
-    for (std::uint32_t i = 0; i < timers_.size(); ++i) timer_index_[timers_[i].task()] = i;
+    timers_.erase(timers_.begin() + timer_number(task));
   }
   std::erase(entities_, task);
   drop_unread(task, dropped);
+  number_places();
   snapshot_.erase(task);
   leave(changed_set(), task);
   left(task);
@@ -75,16 +73,27 @@ void WaitSet::describe(StateWords& words) const {
   }
   for (const TaskId id : snapshot_.tasks()) words.add(id);
   words.add(-1);
-  for (const bool busy : group_busy_) words.add(busy ? 1 : 0);
+  for (const std::uint8_t busy : group_busy_) words.add(busy);
 }
 
 void WaitSet::begin(Time epoch) {
   timers_.clear();
   for (const TaskId id : entities_) {
-    if (set_[id].kind != TaskKind::timer) continue;
-    timer_index_[id] = static_cast<std::uint32_t>(timers_.size());
-    timers_.emplace_back(id, set_[id], epoch);
+    if (set_[id].kind == TaskKind::timer) timers_.emplace_back(id, set_[id], epoch);
   }
+}
+
+void WaitSet::number_places() {
+  place_.resize(set_.size());
+  ready_ = NumberSet(entities_.size());
+  for (std::uint32_t place = 0; place < entities_.size(); ++place) {
+    const TaskId id = entities_[place];
+    place_[id] = place;
+    if (unread_.count(id) > 0 || is_asked_at_turn(id)) ready_.insert(place);
+  }
+  const auto timer =
+      std::ranges::find(entities_, TaskKind::timer, [this](TaskId id) { return set_[id].kind; });
+  first_timer_ = static_cast<std::uint32_t>(timer - entities_.begin());
 }
 
 Decision WaitSetScheduler::decide(Worker worker, Time now) {

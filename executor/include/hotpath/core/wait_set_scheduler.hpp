@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hotpath/core/explored_scheduler.hpp"
+#include "hotpath/core/number_set.hpp"
 
 namespace hotpath {
 
@@ -53,12 +54,11 @@ class WaitSet : public ExploredScheduler {
   /// asked later. Returns the number of tasks in the wait set.
   template <class Eligible>
   std::uint32_t poll(Time now, Eligible&& eligible) {
-    const Timer* timer = timers_.data();
-    for (const TaskId id : entities_) {
-      const bool ready = unread_.is_subscription(id) ? unread_.count(id) > 0 || is_asked_at_turn(id)
-                                                     : timer++->is_ready(now);
-      if (ready && eligible(id)) snapshot_.add(id, now);
-    }
+    for (std::size_t i = 0; i < timers_.size(); ++i)
+      if (timers_[i].is_ready(now)) ready_.insert(first_timer_ + i);
+    ready_.visit([&](std::size_t place) {
+      if (eligible(entities_[place])) snapshot_.add(entities_[place], now);
+    });
     return static_cast<std::uint32_t>(entities_.size());
   }
 
@@ -83,12 +83,19 @@ class WaitSet : public ExploredScheduler {
     const Task& task = set_.tasks[id];
     std::optional<Job>& job = decision.job;
     task.kind == TaskKind::timer ? job = timer(id).call(now) : job = unread_.pop(id);
+    if ((task.kind == TaskKind::timer || unread_.count(id) == 0) && !is_asked_at_turn(id))
+      ready_.erase(place_[id]);
     // If a sample was overwritten since the poll, a younger sample has its place in the snapshot.
     job->release = std::max(snapshot_.added_at(id), job->timestamp);
     group_busy_[task.group] = set_.groups[task.group] == CallbackGroup::mutually_exclusive;
   }
 
-  [[nodiscard]] bool group_free(TaskId task) const { return !group_busy_[group(task)]; }
+  std::optional<Job> add_unread(TaskId task, const SampleInfo& sample) {
+    ready_.insert(place_[task]);
+    return ExploredScheduler::add_unread(task, sample);
+  }
+
+  [[nodiscard]] bool group_free(TaskId task) const { return group_busy_[group(task)] == 0; }
   void free_group(TaskId task) { group_busy_[group(task)] = false; }
 
   /// When the first of the eligible timers is due.
@@ -101,14 +108,14 @@ class WaitSet : public ExploredScheduler {
     return next;
   }
 
-  [[nodiscard]] Timer& timer(TaskId id) { return timers_[timer_index_[id]]; }
+  [[nodiscard]] Timer& timer(TaskId id) { return timers_[timer_number(id)]; }
   [[nodiscard]] bool is_ready(TaskId id, Time now) const {
-    return unread_.is_subscription(id) ? unread_.count(id) > 0 : timers_[timer_index_[id]].is_ready(now);
+    return unread_.is_subscription(id) ? unread_.count(id) > 0 : timers_[timer_number(id)].is_ready(now);
   }
   /// All tasks of the wait set, in the order of kinds.
   [[nodiscard]] const std::vector<TaskId>& entities() const { return entities_; }
 
-  std::vector<bool> group_busy_;
+  std::vector<std::uint8_t> group_busy_;
 
  private:
   class Snapshot {
@@ -160,18 +167,19 @@ class WaitSet : public ExploredScheduler {
 
   [[nodiscard]] std::uint32_t group(TaskId task) const { return set_.tasks[task].group; }
   [[nodiscard]] bool is_asked_at_turn(TaskId task) const {
-    return asks_ && set_.tasks[task].entity == EntityKind::intra_process;
+    return asked_ == Asked::at_turn && set_.tasks[task].entity == EntityKind::intra_process;
   }
-  void note_asked(TaskId task) {
-    asks_ |= asked_ == Asked::at_turn && set_.tasks[task].entity == EntityKind::intra_process;
-  }
+  /// After entities_ has changed.
+  void number_places();
+  [[nodiscard]] std::uint32_t timer_number(TaskId id) const { return place_[id] - first_timer_; }
 
   const TaskKind runs_first_;
   const Asked asked_;
-  bool asks_ = false;  // whether any task is asked at its turn
   std::vector<TaskId> entities_;
-  std::vector<Timer> timers_;               // in the order of entities_
-  std::vector<std::uint32_t> timer_index_;  // by task
+  std::vector<std::uint32_t> place_;  // by task: in entities_
+  std::vector<Timer> timers_;         // in the order of entities_, where they are beside each other
+  std::uint32_t first_timer_ = 0;     // place of the first one
+  NumberSet ready_;  // places of subscriptions with samples or asked later, and of timers found ready
   Snapshot snapshot_;
 };
 
@@ -257,7 +265,7 @@ class WaitSetScheduler final : public WaitSet {
     WaitSet::describe(words);
     if (workers().size() == 1) return;
     if (!threads_alike()) wait_mutex_.describe(words);
-    for (const bool busy : left_out_) words.add(busy ? 1 : 0);
+    for (const std::uint8_t busy : left_out_) words.add(busy);
   }
 
  private:
@@ -272,11 +280,11 @@ class WaitSetScheduler final : public WaitSet {
   /// Whether the wait set of the sleeping worker has the task.
   [[nodiscard]] bool is_waited_for(TaskId task) const {
     const std::uint32_t group = set_.tasks[task].group;
-    return workers().size() == 1 || follows() || (group < left_out_.size() && !left_out_[group]);
+    return workers().size() == 1 || follows() || (group < left_out_.size() && left_out_[group] == 0);
   }
 
   const Blocked blocked_;
-  std::vector<bool> left_out_;  // by callback group: busy when the wait began
+  std::vector<std::uint8_t> left_out_;  // by callback group: busy when the wait began
   WaitMutex wait_mutex_;
 };
 
