@@ -18,4 +18,4 @@ step packages wait "$checkers"
 step format launch_scripts/format.sh --check
 step ceilings tools/ceilings.py
 # Tests that measure in real time run alone (RUN_SERIAL); others of live runs mostly wait.
-step tests ctest --test-dir build_colcon --output-on-failure --parallel $(($(nproc) + 1))
+step tests ctest --test-dir build_colcon --output-on-failure --parallel $(($(nproc) + 2))
