@@ -5,9 +5,10 @@ kept in the plan."""
 
 import random
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import product
+from itertools import groupby, product
+from operator import attrgetter
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -27,15 +28,10 @@ EXECUTORS: dict[str, list[str]] = SPEC["executors"]
 UTILISATIONS = (60, 80, 90)
 PAPER_LOAD_PERCENT = 80
 # In the order of the page.
-ITEMS = [
-    SimpleNamespace(**{"name": name, "paper": "", "figure": name.replace("-", "_")} | item)
+ITEMS = {
+    name: SimpleNamespace(**{"name": name, "paper": "", "figure": name.replace("-", "_")} | item)
     for name, item in read_spec("items.toml").items()
-]
-NAMES = tuple(item.name for item in ITEMS)
-
-# Attributes of a cell in results.
-FACTS = ["name", "study", "source", "executors", "graph", "load_percent", "duration_s", "warm_up_s"]
-FACTS += ["repetition", "seed"]
+}
 
 # Expected durations: of a simulation or analysis, and between two live cells (noise, discovery, writing).
 OFFLINE_S, LIVE_OVERHEAD_S = 2, 2.8
@@ -45,30 +41,22 @@ OFFLINE_S, LIVE_OVERHEAD_S = 2, 2.8
 class Cell:
     """One invocation; the `options` of an analysis are its whole command."""
 
+    name: str  # also of its folder
     study: str
     source: str  # simulated, live or analysis
-    label: str  # distinguishes cells of a study; may be empty
-    executors: tuple[str, ...] = ()
-    graph: str = "autoware"
-    load_percent: int = PAPER_LOAD_PERCENT  # of one core; for a timers-only set its utilisation
-    duration_s: float = 0
-    warm_up_s: float = 0
-    repetition: int = 0
+    executors: list[str]
+    graph: str
+    load_percent: int  # of one core; for a timers-only set its utilisation
+    duration_s: float
+    warm_up_s: float
+    repetition: int
+    seed: int  # of everything random
     options: tuple[str, ...] = ()
     cores: int = 1
 
-    @property
-    def name(self) -> str:
-        """Name of the cell and its folder."""
-        parts = [self.source, self.study, self.label]
-        if self.source == "live":
-            parts += [*self.executors, str(self.repetition + 1)]
-        return ".".join(part.replace(":", "_") for part in parts if part)
-
-    @property
-    def seed(self) -> int:
-        """Seed of everything random."""
-        return self.repetition + 1
+    def facts(self) -> dict[str, Any]:
+        """Its attributes in results."""
+        return {key: value for key, value in vars(self).items() if key not in ("options", "cores")}
 
     @property
     def seconds(self) -> float:
@@ -95,36 +83,33 @@ def cells_of(source: str, mode: Any) -> Iterator[Cell]:
         repetitions, duration_s = getattr(mode, spec["lengths"]) if live else once
         each = [[e] for e in executors] if live else [executors]
         for repetition, label, of_cell in product(range(repetitions), labels, each):
+            words = [source, spec["study"], str(label), *([*of_cell, str(repetition + 1)] if live else [])]
             yield Cell(
+                ".".join(word.replace(":", "_") for word in words if word),
                 spec["study"],
                 source,
-                str(label),
-                tuple(of_cell),
-                graph=f"timers_only_{label}" if on_timers else Cell.graph,
+                list(of_cell),
+                graph=f"timers_only_{label}" if on_timers else "autoware",
                 load_percent=label if isinstance(label, int) else PAPER_LOAD_PERCENT,
                 duration_s=duration_s,
                 warm_up_s=mode.warm_up_s,
                 repetition=repetition,
+                seed=repetition + 1,
                 options=tuple(option.format(mode=mode) for option in spec.get("options", [])),
                 cores=spec.get("cores", 1),
             )
 
 
-def live_order(cells: Iterable[Cell], seed: int) -> list[Cell]:
-    """Rounds of repetitions in random order, so that drift affects all executors alike."""
-    shuffled = list(cells)
-    generator, ordered = random.Random(seed), []
-    for repetition in sorted({cell.repetition for cell in shuffled}):
-        found = [cell for cell in shuffled if cell.repetition == repetition]
-        generator.shuffle(found)
-        ordered += found
-    return ordered
-
-
 def all_cells(mode: Any, seed: int) -> list[Cell]:
-    """The plan: simulated cells, then analyses (bounds, release cost), then live cells."""
-    offline = [*cells_of("simulated", mode), *cells_of("analysis", mode)]
-    return offline + live_order(cells_of("live", mode), seed)
+    """The plan: simulated cells, then analyses (bounds, release cost), then live cells in rounds of repetitions in
+    random order, so that drift affects all executors alike."""
+    cells, generator = [*cells_of("simulated", mode), *cells_of("analysis", mode)], random.Random(seed)
+    live = sorted(cells_of("live", mode), key=attrgetter("repetition"))
+    for _, repetition in groupby(live, key=attrgetter("repetition")):
+        found = list(repetition)
+        generator.shuffle(found)
+        cells += found
+    return cells
 
 
 def duration_text(seconds: float) -> str:

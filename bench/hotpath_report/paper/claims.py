@@ -1,57 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a claim of the paper's evaluation is, and the verdicts on all of them; checks.py has the claims."""
+"""What a claim of the paper's evaluation is, and a verdict on it; checks.py has the claims."""
 
-from collections.abc import Callable, Collection, Iterable, Sequence
-from contextlib import suppress
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
-from hotpath_report.errors import Missing
-from hotpath_report.hotpath_command import load
-from hotpath_report.paper.cells import ITEMS
-from hotpath_report.paper.evidence import REAL, Evidence
+from hotpath_report.paper.cells import read_spec
+from hotpath_report.paper.evidence import REAL
 from hotpath_report.run import SOURCES
+from hotpath_report.statistics import Estimate
 
 REPRODUCED, PARTLY, NOT, NO_DATA = "reproduced", "partly", "not", "no data"
 COMPUTED = ("analysis",)  # the source of claims that need no run
 TEXTS = ("item", "title", "quote", "rule", "paper")
-STUDIES = {item.name: item.studies for item in ITEMS}
-
-# Limits of the rules, and the paper's values.
-LIMITS: Any = SimpleNamespace(
-    tolerated_percent=0.1,  # of jobs lost live; losses of stock executors must exceed it
-    ten_percent=(5, 20),
-    table_ms=0.005,
-    paper_delta_us=120,
-    paper_total_delta_ms=0.84,
-    total_delta_ms=0.01,
-    almost_90=(85, 90),
-    paper_slowdown=2.6,
-    slowdown_factor=1.25,
-    large_effect=0.474,
-    largest_p=0.01,
-    paper_rate_hz=10,
-    rate_percent=2,
-    tasks=7,
-    deadlines_ms={"IMU": 30, "Camera": 84, "LiDAR": 200},  # the periods
-)
-
-
-# Reasons of several verdicts.
-BOUNDARY = (
-    "The phases of a set decide whether its timers catch up: on the set without losses every timer is served before "
-    "its next timestamp, in simulation exactly and live up to jitter."
-)
-DISTURBED = (
-    "A shared machine delays all executors alike, and a worst case is a single delay; the section on noise states its "
-    "amount."
-)
-WITHHELD = (
-    "A virtual machine sometimes withholds the processor for longer than the slack of a short period; the details "
-    "count the affected jobs in repetitions marked as disturbed."
-)
-LOST_LIVE = {PARTLY: WITHHELD, NOT: DISTURBED}
+SPEC = read_spec("claims.toml")
+LIMITS: Any = SimpleNamespace(**SPEC["limits"])
 
 
 @dataclass(frozen=True)
@@ -61,6 +27,8 @@ class Finding:
     verdict: str
     text: str
     short: str
+    cells: str = ""  # behind it
+    slowdown: Estimate | None = None
 
 
 TOO_FEW = Finding(NO_DATA, "too few samples for an interval", "too few")
@@ -69,31 +37,25 @@ CLAIMS: list[SimpleNamespace] = []
 
 
 def claim(
-    item: str,
-    paper: str,
-    why: dict[str, str] | None = None,
-    executors: Sequence[str] = ("",),
-    sources: Sequence[str] = SOURCES,
-    why_of: dict[str, dict[str, str]] | None = None,
+    item: str, paper: str, executors: Sequence[str] = ("",), sources: Sequence[str] = SOURCES
 ) -> Callable[[Check], Check]:
     """Makes a check a claim on an item, or one about each executor. A check takes the evidence, a source (simulated,
-    live, or real: the real ROS 2 stack) and the executor; it returns a finding, or raises Missing without data. The
-    paragraphs of its docstring are the claim's title, its quotation and its rule, in which names in braces are limits.
-    `paper`: the paper's value; `why`: reasons by verdict, without numbers, `why_of` those of one executor."""
+    live, or real: the real ROS 2 stack) and the executor; it returns a finding, or raises Missing without data. Its
+    docstring has the claim's title in the first line, its quotation, and its rule, with limits in braces. `paper`: the
+    paper's value."""
 
     def add(check: Check) -> Check:
-        name = check.__name__.replace("_", "-")
+        title, _, rest = str(check.__doc__).partition("\n")
         for executor in executors:
             words = {**vars(LIMITS), "words": executor.replace("-ro", ", RO").replace("-re", ", RE")}
-            parts = [" ".join(part.split()).format(**words) for part in str(check.__doc__).split("\n\n")]
+            parts = [" ".join(part.split()).format(**words) for part in (title, *rest.split("Rule: "))]
             CLAIMS.append(
                 SimpleNamespace(
                     **dict(zip(TEXTS, (item, *parts, paper))),
-                    name=f"{name}-{executor}" if executor else name,
+                    name="-".join(filter(None, (check.__name__.replace("_", "-"), executor))),
                     executor=executor,
-                    check=check,
+                    check=partial(check, executor=executor) if executor else check,
                     sources=sources,
-                    why=(why_of or {}).get(executor, why or {}),
                 )
             )
         return check
@@ -107,8 +69,7 @@ class Verdict:
     nothing."""
 
     claim: SimpleNamespace
-    findings: dict[str, Finding]
-    cells: dict[str, str]  # by source: the cells behind the finding
+    findings: dict[str, Finding] = field(default_factory=dict)
 
     @property
     def decided(self) -> dict[str, str]:
@@ -125,9 +86,9 @@ class Verdict:
     @property
     def why(self) -> str:
         """The reasons of the verdicts, after the differing verdicts if sources differ."""
-        verdicts = dict.fromkeys(self.decided.values())
-        reasons = [self.claim.why[v] for v in verdicts if v in self.claim.why]
-        if len(verdicts) > 1:
+        names = [f"{self.claim.name} {verdict}" for verdict in dict.fromkeys(self.decided.values())]
+        reasons = [why for n in names for of, why in SPEC["reasons"].items() if re.fullmatch(of, n)]
+        if len(names) > 1:
             reasons.insert(0, "; ".join(f"{s}: {v}" for s, v in self.decided.items()).capitalize() + ".")
         return " ".join(reasons)
 
@@ -146,30 +107,22 @@ class Verdict:
 
     def as_json(self) -> dict[str, Any]:
         """The entry in claims.json."""
-        texts = {key: getattr(self.claim, key) for key in TEXTS}
-        found = {source: {**vars(f), "cells": self.cells[source]} for source, f in self.findings.items()}
+        texts, found = {key: getattr(self.claim, key) for key in TEXTS}, dict(self.findings)
         real = found.pop(REAL, None)
-        more = {"real": real and {key: real[key] for key in ("text", "short")}, "verdict": self.verdict}
-        return {"claim": self.claim.name, **texts, **more, "why": self.why, "findings": found}
-
-
-def judge(evidence: Evidence, items: Collection[str] = tuple(STUDIES)) -> list[Verdict]:
-    """The verdicts on all claims of the items."""
-    load("paper.checks")  # adds its claims
-    verdicts = []
-    for made in (made for made in CLAIMS if made.item in items):
-        verdicts.append(verdict := Verdict(made, {}, {}))
-        for source in (*SOURCES, REAL) if made.sources == SOURCES else made.sources:
-            with suppress(Missing):
-                words = [made.executor] if made.executor else []
-                verdict.findings[source] = made.check(evidence, source, *words)
-            verdict.cells[source] = evidence.names_of_cells(STUDIES[made.item], source, made.executor)
-    return verdicts
+        more = {"real": real and {"text": real.text, "short": real.short}, "verdict": self.verdict}
+        keys = ("verdict", "text", "short", "cells")
+        findings = {source: {key: getattr(f, key) for key in keys} for source, f in found.items()}
+        return {"claim": self.claim.name, **texts, **more, "why": self.why, "findings": findings}
 
 
 def graded(good: int | bool, of: int | bool, some: int | bool | None = None) -> str:
     """Reproduced if all are good, partly if some are."""
     return REPRODUCED if good == of else PARTLY if (good if some is None else some) else NOT
+
+
+def ranged(value: float, limits: Sequence[float], some: bool) -> str:
+    """Reproduced within limits, else partly if `some`."""
+    return graded(limits[0] <= value <= limits[1], True, some)
 
 
 def percents(values: Iterable[float]) -> str:

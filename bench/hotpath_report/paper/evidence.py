@@ -8,13 +8,12 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 from hotpath_report.errors import Missing, need
-from hotpath_report.figures.timers import TimerRuns
-from hotpath_report.files import Rows, csv_text, make_folder, read_json, read_rows, write_file
-from hotpath_report.files import write_json
+from hotpath_report.files import Rows, csv_text, make_folder, read_json, read_rows, write_file, write_json
 from hotpath_report.hotpath_command import PACKAGE, ask
 from hotpath_report.paper.cells import PAPER_LOAD_PERCENT, Cell
 from hotpath_report.run import COUNTS, Run
@@ -25,6 +24,8 @@ WITH_COST = "timers_with_release_cost"  # a study
 PACKAGES = ("reference_system", "hotpath_reference_system")  # in the source tree and installed
 COUNTED_IN_TRACES = "events-re"  # the longer runs lack it
 AUTOWARE_CRUNCH_LIMIT = 6000  # 80 % of one core on the reference machine
+# Groups of timers, by part of the task name.
+GROUPS = {"camera": "cameras", "lidar": "LiDARs", "imu": "IMU"}
 
 COPIED_TABLES = ("waters_summary.csv", "waters_histogram.csv", "wcrt_table.csv", "release_cost.csv")
 HOT_PATH_KEYS = ("study", "source", "load_percent", "executor", "repetition")
@@ -34,37 +35,43 @@ HOT_PATH_FILE, RESPONSES_FILE, TIMERS_FILE = "hot_path.csv.gz", "responses.csv.g
 CELLS_FILE = "cells.json"
 
 
-class Reference:
-    """Timers (as TimerRuns.counts) and hot path (ms) by executor; empty if not measured."""
+def group_of(task: str) -> str:
+    """The group of a timer."""
+    return next(group for group in GROUPS if group in task.lower())
 
-    def __init__(self) -> None:
-        self.timers: Rows = []
-        self.hot_path: dict[str, dict[str, Any]] = {}
-        folders = (PACKAGE.parents[1] / package / "ros2_reference" for package in PACKAGES)
-        folder = next((folder for folder in folders if folder.is_dir()), None)
-        if folder is None:
-            return
-        counted = read_rows(folder / "rclcpp_timers_only.csv")
-        counted = [row | {"reached": row["released"], "skipped": row["dropped"]} for row in counted]
-        # The authors' programs measure another response time, see the reference's README.
-        worst: dict[tuple[int, str, str], float] = {}
-        for path in sorted((folder / "traces").glob("timers_only_*.csv")):
-            percent, executor = path.stem.removeprefix("timers_only_").split(".")
-            for timer in ask("golden", str(path))["tasks"]:
-                worst[int(percent), executor, timer["task"]] = timer["response_max_ms"]
-                if executor == COUNTED_IN_TRACES:
-                    counted.append(timer | {"utilisation_percent": int(percent), "executor": executor})
-        for row in counted:
-            largest = worst.get((row["utilisation_percent"], row["executor"], row["task"]))
-            more = {"ran": row["reached"] - row["skipped"], "response_max_ms": largest}
-            self.timers.append(row | {"study": "timers", "source": REAL, "repetition": 0} | more)
-        autoware = read_rows(folder / "rclcpp_autoware.csv")
-        self.hot_path = {r["executor"]: r for r in autoware if r["crunch_limit"] == AUTOWARE_CRUNCH_LIMIT}
+
+@functools.cache
+def real_stack() -> tuple[Rows, dict[str, dict[str, Any]]]:
+    """Timers as in timers.csv, and hot path (ms) by executor; empty if not measured."""
+    folders = (PACKAGE.parents[1] / package / "ros2_reference" for package in PACKAGES)
+    if not (folder := next(filter(Path.is_dir, folders), None)):
+        return [], {}
+    counted = read_rows(folder / "rclcpp_timers_only.csv")
+    counted = [row | {"reached": row["released"], "skipped": row["dropped"]} for row in counted]
+    # The authors' programs measure another response time, see the reference's README.
+    key, worst_ms = itemgetter("utilisation_percent", "executor", "task"), {}
+    for path in sorted((folder / "traces").glob("timers_only_*.csv")):
+        percent, executor = path.stem.removeprefix("timers_only_").split(".")
+        for timer in ask("golden", str(path))["tasks"]:
+            row = timer | {"utilisation_percent": int(percent), "executor": executor}
+            worst_ms[key(row)] = row["response_max_ms"]
+            counted += [row] if executor == COUNTED_IN_TRACES else []
+    for row in counted:
+        row |= {"study": "timers", "source": REAL, "ran": row["reached"] - row["skipped"]}
+        row["response_max_ms"] = worst_ms.get(key(row))
+    autoware = read_rows(folder / "rclcpp_autoware.csv")
+    return counted, {r["executor"]: r for r in autoware if r["crunch_limit"] == AUTOWARE_CRUNCH_LIMIT}
 
 
 def base_name(executor: str) -> str:
     """Executor without its number of threads (`multi` for `multi:2`)."""
     return re.sub(r":\d+$", "", executor)
+
+
+def merged(rows: Rows) -> list[float]:
+    """Response times (ms) of several timers of one period in the order of time."""
+    jobs = [(k / len(ms), ms[k]) for ms in (row["response_ms"] for row in rows) for k in range(len(ms))]
+    return [ms for _, ms in sorted(jobs, key=itemgetter(0))]
 
 
 @dataclass(eq=False)
@@ -79,17 +86,23 @@ class Evidence:
     cells: list[dict[str, Any]] = field(default_factory=list)  # facts of every cell
     machine: dict[str, Any] | None = None  # of the live cells
     mode: str = ""
-    reference: Reference = field(default_factory=Reference)  # the real ROS 2 stack
 
     @functools.cached_property
-    def all_latencies(self) -> dict[tuple[str, str, int, str], Samples]:
-        """{(study, source, load in percent, executor): hot-path latencies in ms}"""
-        found = grouped(self.hot_path, *HOT_PATH_KEYS[:-1])
-        return {k: Samples((r["hot_path_ms"] for r in of), k[1] == "simulated") for k, of in found.items()}
+    def samples(self) -> dict[tuple[str, str, int, str, str], Samples]:
+        """{(study, source, load or utilisation in percent, executor, group of timers): latencies or response times in
+        ms}; the group of the hot path is empty."""
+        repetitions: dict[Any, list[list[float]]] = {
+            (*key, ""): [row["hot_path_ms"] for row in rows]
+            for key, rows in grouped(self.hot_path, *HOT_PATH_KEYS[:-1]).items()
+        }
+        responses = (row | {"group": group_of(row["task"])} for row in self.responses)
+        for key, rows in grouped(responses, *TIMER_KEYS[:-2], "group").items():
+            repetitions[key] = [merged(of) for _, of in sorted(grouped(rows, "repetition").items())]
+        return {key: Samples(of, exact=key[1] == "simulated") for key, of in repetitions.items()}
 
     def latencies(self, study: str, source: str, executor: str) -> Samples:
         """Hot-path latencies in ms at the paper's load."""
-        return self.all_latencies.get((study, source, PAPER_LOAD_PERCENT, executor), Samples([]))
+        return self.samples.get((study, source, PAPER_LOAD_PERCENT, executor, ""), Samples([]))
 
     def hot_paths(self, source: str, *executors: str) -> list[Samples]:
         """Latencies (ms) of the executors. Raises Missing if any has none."""
@@ -99,7 +112,7 @@ class Evidence:
 
     def real_hot_paths_ms(self, quantile: str, *executors: str) -> list[float]:
         """Quantiles (p50, p90, p99 or max) of the real ROS 2 stack. Raises Missing if an executor has none."""
-        rows = self.reference.hot_path
+        rows = real_stack()[1]
         if not rows.keys() >= set(executors):
             raise Missing
         return [rows[executor][f"hot_path_{quantile}_ms"] for executor in executors]
@@ -109,12 +122,34 @@ class Evidence:
         repetitions = self.latencies("phases", source, executor).repetitions
         return [(s.quantile(0.5), s.worst) for s in (Samples([r], exact=True) for r in repetitions)]
 
-    @functools.cache
-    def timer_runs(self, study: str = "timers") -> TimerRuns:
-        """The timers-only runs of a study; `timers` includes the real stack as a source."""
-        counts = [*self.timers, *self.reference.timers]
-        of_study = ([row for row in rows if row["study"] == study] for rows in (counts, self.responses))
-        return TimerRuns(*of_study)
+    @functools.cached_property
+    def by_study(self) -> dict[str, Rows]:
+        """Timers by study, with their groups; the study `timers` includes the real stack as a source."""
+        rows = (row | {"group": group_of(row["task"])} for row in (*self.timers, *real_stack()[0]))
+        none: dict[str, Rows] = {"timers": [], WITH_COST: []}
+        return none | grouped(rows, "study")
+
+    @functools.cached_property
+    def _counts(self) -> dict[Any, Rows]:
+        rows = (row for rows in self.by_study.values() for row in rows)
+        return grouped(rows, "study", "utilisation_percent", "source", "executor")
+
+    def counts(
+        self, percent: int, source: str, executor: str, group: str | None = None, study: str = "timers"
+    ) -> Rows:
+        """Timers of a group on the set of this utilisation: a row per repetition and task; empty if the executor did
+        not run."""
+        rows = self._counts.get((study, percent, source, executor), [])
+        return [row for row in rows if group in (None, row["group"])]
+
+    def response_times(self, percent: int, source: str, executor: str, group: str) -> Samples:
+        """Response times in ms of a group of timers on the set of this utilisation."""
+        return self.samples.get(("timers", source, percent, executor, group), Samples([]))
+
+    @property
+    def executors(self) -> list[str]:
+        """Executors that ran on the timers-only sets, with those of the real stack."""
+        return list(grouped(self.by_study["timers"], "executor"))
 
     @property
     def live_cells(self) -> list[dict[str, Any]]:
@@ -124,12 +159,6 @@ class Evidence:
     def marked_cells(self) -> list[dict[str, Any]]:
         """Facts of live cells marked as disturbed."""
         return [c for c in self.live_cells if c["noise"]["marks"]]
-
-    @functools.cached_property
-    def marked(self) -> set[tuple[int, str, int]]:
-        """Noisy live timers-only cells: utilisation in percent, executor, repetition."""
-        cells = (c for c in self.marked_cells() if c["study"] == "timers")
-        return {(c["load_percent"], c["executors"][0], c["repetition"]) for c in cells}
 
     def table(self, name: str) -> Rows:
         """A table of the analysis. Raises Missing if it does not exist."""

@@ -11,13 +11,12 @@ from hotpath_report import style
 from hotpath_report.errors import Missing, need
 from hotpath_report.figures import bounds, timers, violins
 from hotpath_report.figures import hot_path as violins_of_chains
-from hotpath_report.figures.timers import GROUPS
 from hotpath_report.figures.violins import Drawing, Row
 from hotpath_report.pages.writer import HEADER, Table, compared, percentile_cells
 from hotpath_report.paper.cells import EXECUTORS, UTILISATIONS
-from hotpath_report.paper.evidence import WITH_COST, Evidence
+from hotpath_report.paper.evidence import GROUPS, WITH_COST, Evidence, real_stack
 from hotpath_report.run import SOURCES
-from hotpath_report.statistics import Samples, grouped, median, percent_of, total
+from hotpath_report.statistics import grouped, median, percent_of, total
 
 Parts = Iterator[Drawing | Table]
 SETS = {percent: f"{percent} % set" for percent in UTILISATIONS}
@@ -27,31 +26,30 @@ def hot_path_of(
     evidence: Evidence, executors: str, study: str = "autoware", baseline: str = violins_of_chains.BASELINE
 ) -> Parts:
     """Hot-path latencies compared with a baseline; for the study `autoware` with those of the real stack."""
-
-    def latencies(source: str, executor: str) -> Samples:
-        return evidence.latencies(study, source, executor) or evidence.latencies("autoware", source, executor)
-
     names, cells = EXECUTORS[executors], []
-    for source, executor in product(SOURCES, names):
-        if samples := latencies(source, executor):
-            base = None if executor == baseline else evidence.latencies("autoware", source, baseline)
-            values = compared(samples, base)
-            cells.append([executor, source, *values[:4], f"{samples.middle_worst():.1f}", *values[4:]])
-    real = evidence.reference.hot_path if study == "autoware" else {}
+    found = {
+        (s, e): of
+        for s, e in product(SOURCES, names)
+        if (of := evidence.latencies(study, s, e) or evidence.latencies("autoware", s, e))
+    }
+    for (source, executor), samples in found.items():
+        base = None if executor == baseline else evidence.latencies("autoware", source, baseline)
+        values = compared(samples, base)
+        cells.append([executor, source, *values[:4], f"{samples.middle_worst():.1f}", *values[4:]])
+    real = real_stack()[1] if study == "autoware" else {}
     worst_ms = {e: real[e]["hot_path_max_ms"] for e in names if e in real}
     for executor, worst in worst_ms.items():
-        texts = [
-            f"{real[executor][f'hot_path_{quantile}_ms']:.1f}" for quantile in ("p50", "p99", "max", "max")
-        ]
+        known = real[executor]
+        texts = [f"{known[f'hot_path_{quantile}_ms']:.1f}" for quantile in ("p50", "p99", "max", "max")]
         slower = "" if executor == baseline else f"{worst_ms.get(baseline, 0) / worst:.2f}"
-        cells.append([executor, "real ROS 2", f"{real[executor]['samples']} / 1", *texts, slower, "", ""])
+        cells.append([executor, "real ROS 2", f"{known['samples']} / 1", *texts, slower, "", ""])
     header = ["executor", "source", *HEADER[:4], "median of runs' worst", *HEADER[4:]]
     title = "Hot-path latency; ratio of worst cases, Cliff's delta and rank test: against "
     yield Table(f"{title}{baseline}; above 1 and above 0 are better", header, cells)
-    rows = [Row(e, e, {s: of for s in SOURCES if (of := latencies(s, e))}) for e in names]
-    rows = [row for row in rows if row.samples]
-    need(rows)
-    yield violins_of_chains.draw_rows(violins_of_chains.with_ratios(rows, baseline), worst_ms)
+    need(found)
+    rows = [Row(e, e, {s: found[s, e] for s in SOURCES if (s, e) in found}) for e in names]
+    rows = violins_of_chains.with_ratios([row for row in rows if row.samples], baseline)
+    yield violins_of_chains.draw_rows(rows, worst_ms)
 
 
 hot_path = partial(hot_path_of, executors="paper_hot_path")
@@ -61,36 +59,36 @@ rules = partial(hot_path_of, executors="rules", study="rules", baseline="rm-ro")
 
 def dropped_jobs(evidence: Evidence) -> Parts:
     need(evidence.timers)
-    runs, rows = evidence.timer_runs(), []
-    keys = ["source", "utilisation_percent", "executor", "task"]
-    table = []
-    for key, of in sorted(grouped(runs.counts, *keys).items()):
+    keys, table, rows = ("source", "utilisation_percent", "executor", "task"), [], []
+    for key, of in sorted(grouped(evidence.by_study["timers"], *keys).items()):
         reached, dropped = total(of, "reached", "skipped")
         sums = {"reached": reached, "dropped": dropped, "dropped_percent": percent_of(dropped, reached)}
         table.append(dict(zip(keys, key)) | sums)
-    yield Drawing(timers.drops(runs, SETS), table)
+    yield Drawing(timers.drops(evidence, SETS), table)
     for executor, source, percent in product(EXECUTORS["timers"], SOURCES, UTILISATIONS):
-        if counts := runs.rows(percent, source, executor):
-            numbers = total(counts, "reached", "skipped")
-            shares = [f"{runs.drop_percent(percent, source, executor, g):.2f}" for g in (None, *GROUPS)]
-            rows.append([executor, source, f"{percent} %", *numbers, *shares])
+        if counts := evidence.counts(percent, source, executor):
+            shares = (timers.drop_percent(evidence, percent, source, executor, g) for g in (None, *GROUPS))
+            numbers = [*total(counts, "reached", "skipped"), *(f"{share:.2f}" for share in shares)]
+            rows.append([executor, source, f"{percent} %", *numbers])
     header = ["executor", "source", "set", "timestamps", "dropped", "all %"]
     header += [f"{name} %" for name in GROUPS.values()]
     yield Table("Drop rates by group of timers", header, rows, folded=True)
 
 
 def responses(evidence: Evidence, group: str) -> Parts:
-    runs, rows = evidence.timer_runs(), []
     need(evidence.responses)
-    table = violins.percentile_table(
-        ({"source": s, "utilisation_percent": p, "executor": e, "tasks": group}, runs.samples(p, s, e, group))
-        for s, p, e in product(SOURCES, UTILISATIONS, runs.executors)
-    )
+    keys = ("source", "utilisation_percent", "executor", "tasks")
+    found = {
+        (s, p, e, group): evidence.response_times(p, s, e, group)
+        for s, p, e in product(SOURCES, UTILISATIONS, evidence.executors)
+    }
+    table = violins.percentile_table((dict(zip(keys, key)), samples) for key, samples in found.items())
     # Bounds: the exact analysis with the paper's release cost; under RM alone, as in the paper.
-    yield Drawing(timers.responses(runs, evidence.timer_runs(WITH_COST), group, SETS), table)
+    yield Drawing(timers.responses(evidence, group, SETS), table)
+    rows = []
     for executor, percent, source in product(EXECUTORS["timers"], UTILISATIONS, SOURCES):
-        if samples := runs.samples(percent, source, executor, group):
-            late = sum(row["deadline_overruns"] for row in runs.rows(percent, source, executor, group))
+        if samples := evidence.response_times(percent, source, executor, group):
+            late = sum(row["deadline_overruns"] for row in evidence.counts(percent, source, executor, group))
             rows.append([executor, f"{percent} %", source, len(samples), *percentile_cells(samples), late])
     header = ["executor", "set", "source", "jobs", "median ms", "p99 ms", "worst ms", "late"]
     yield Table("Response times", header, rows, folded=True)
@@ -101,11 +99,11 @@ response_camera, response_lidar, response_imu = (partial(responses, group=group)
 
 def tightness(evidence: Evidence) -> Drawing:
     """Worst responses in percent of their bounds."""
-    with_cost, executors = evidence.timer_runs(WITH_COST).counts, EXECUTORS["with_bounds"]
+    with_cost, executors = evidence.by_study[WITH_COST], EXECUTORS["with_bounds"]
     bound = grouped((r for r in with_cost if r["executor"] == executors[0]), "utilisation_percent", "task")
     if {percent for percent, _ in bound} != set(UTILISATIONS):
         raise Missing
-    counts = [*with_cost, *(row for row in evidence.timer_runs().counts if row["source"] == "live")]
+    counts = [*with_cost, *(row for row in evidence.by_study["timers"] if row["source"] == "live")]
     known = (row for row in counts if row["executor"] in executors and row["response_max_ms"])
     keys, table = ("source", "utilisation_percent", "executor", "task"), []
     for key, of in grouped(known, *keys).items():
@@ -134,18 +132,16 @@ def wcrt_table(evidence: Evidence) -> Parts:
 def end_to_end(evidence: Evidence) -> Parts:
     histogram, summary = (evidence.table(f"waters_{name}.csv") for name in ("histogram", "summary"))
     yield Drawing(bounds.reductions(histogram, summary), histogram)
-    rows = [
-        [
+    rows = []
+    for r in (r for r in summary if r["method"] in bounds.METHODS):
+        least, largest, lower = (f"{value:.1f}" for value in (r["min"], r["max"], 100 * r["positive_share"]))
+        middle = f"{r['median']:.1f} [{r['median_low']:.1f}, {r['median_high']:.1f}]"
+        sets = [
             f"{100 * r['utilisation']:.0f} %",
             bounds.METHODS[r["method"]],
             f"{r['schedulable']} / {r['sets']}",
-            r["chains"],
-            f"{r['median']:.1f} [{r['median_low']:.1f}, {r['median_high']:.1f}]",
-            *(f"{value:.1f}" for value in (r["min"], r["max"], 100 * r["positive_share"])),
         ]
-        for r in summary
-        if r["method"] in bounds.METHODS
-    ]
+        rows.append([*sets, r["chains"], middle, least, largest, lower])
     header = ["utilisation", "analysis of RM", "schedulable sets", "chains", "median %", "min %", "max %"]
     yield Table("Reduction of end-to-end bounds", [*header, "lower, % of chains"], rows)
 
@@ -171,9 +167,8 @@ def phases(evidence: Evidence) -> Parts:
     header += ["best draw's worst ms", "median draw's", "worst draw's"]
     yield Table("Draws of random phases", header, rows)
     need(draws)
-    creation = {
-        e: s.worst for e in EXECUTORS["with_phases"] if (s := evidence.latencies("autoware", "simulated", e))
-    }
+    names = EXECUTORS["with_phases"]
+    creation = {e: s.worst for e in names if (s := evidence.latencies("autoware", "simulated", e))}
     columns = ("source", "executor", "draw", "median_ms", "worst_ms")
     table = [dict(zip(columns, (*key, k, *of))) for key, found in draws.items() for k, of in enumerate(found)]
-    yield Drawing(violins_of_chains.over_phases(draws, creation, EXECUTORS["with_phases"]), table)
+    yield Drawing(violins_of_chains.over_phases(draws, creation, names), table)

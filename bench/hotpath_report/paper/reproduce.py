@@ -15,7 +15,7 @@ from typing import TextIO
 from hotpath_report import hotpath_command
 from hotpath_report.errors import InputError, Interrupted, RunError, interruptible
 from hotpath_report.files import make_folder, write_json
-from hotpath_report.paper.cells import ITEMS, MODES, NAMES, Cell, all_cells, duration_text
+from hotpath_report.paper.cells import ITEMS, MODES, Cell, all_cells, duration_text
 from hotpath_report.paper.runner import Runner, facts_of
 
 SEED = 1
@@ -29,7 +29,7 @@ def list_items() -> None:
     """Prints the items with their cells and durations."""
     cells = all_cells(MODES["standard"], SEED)
     print(f"{'item':<16} {'simulations':>11} {'with --live':>16}  what")
-    for item in ITEMS:
+    for item in ITEMS.values():
         mine = [c for c in cells if c.study in item.studies]
         live = [c.seconds for c in mine if c.source == "live"]
         length = duration_text(sum(live)) if live else ""
@@ -96,7 +96,7 @@ def present(output: Path, mode: str, items: list[str], cells: list[Cell], comple
 
     # With --only, keep showing other complete items.
     found = {c.study for c in complete}
-    shown = [item.name for item in ITEMS if item.name in items or set(item.studies) <= found]
+    shown = [name for name, item in ITEMS.items() if name in items or set(item.studies) <= found]
     collected = evidence.collect(output, complete)
     collected.mode = mode
     planned = sum(c.source == "live" for c in cells)
@@ -114,18 +114,18 @@ def reproduce(options: str) -> int:
     """Runs the cells that the JSON `options` of `hotpath paper figures` select, and writes the page. Raises
     InputError, RunError."""
     began, o = time.monotonic(), json.loads(options)
-    items, output = o["only"] or list(NAMES), Path(o["output"])
+    items, output = o["only"] or list(ITEMS), Path(o["output"])
     for name in items:
-        if name not in NAMES:
-            raise InputError(f"--only: unknown item `{name}`; choose from {', '.join(NAMES)}")
+        if name not in ITEMS:
+            raise InputError(f"--only: unknown item `{name}`; choose from {', '.join(ITEMS)}")
     cells = all_cells(MODES[o["mode"]], SEED)
-    studies = {study for item in ITEMS if item.name in items for study in item.studies}
+    studies = {study for name in items for study in ITEMS[name].studies}
     wanted = [c for c in cells if c.study in studies and (o["live"] or c.source != "live")]
     program = hotpath_command.program()
     build = build_of(program)
     with open_folder(output, o["mode"], cells):
         # On most machines the last processors get the fewest interrupts.
-        runner = Runner(str(program), build, output, sorted(os.sched_getaffinity(0), reverse=True))
+        runner = Runner(program, build, output, sorted(os.sched_getaffinity(0), reverse=True))
         try:
             with interruptible():
                 measure(runner, wanted)

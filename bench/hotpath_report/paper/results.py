@@ -5,12 +5,12 @@ from collections import Counter
 from collections.abc import Collection
 from contextlib import suppress
 from itertools import product
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 from hotpath_report import statistics
 from hotpath_report.errors import Missing
-from hotpath_report.figures.timers import GROUPS
 from hotpath_report.figures.violins import Drawing, percentile_table
 from hotpath_report.files import Rows, csv_text, make_folder, write_file, write_json
 from hotpath_report.pages import interactive
@@ -19,13 +19,13 @@ from hotpath_report.pages.text import environment
 from hotpath_report.pages.writer import Section, Table, make_figure, write_page
 from hotpath_report.paper import evidence as evidence_of
 from hotpath_report.paper import items as parts_of
-from hotpath_report.paper.cells import ITEMS, MODES, SPEC, UTILISATIONS
-from hotpath_report.paper.cells import duration_text
-from hotpath_report.paper.claims import LIMITS, Verdict, judge
-from hotpath_report.paper.evidence import REAL, Evidence
+from hotpath_report.paper.cells import ITEMS, MODES, SPEC, UTILISATIONS, duration_text
+from hotpath_report.paper.checks import judge
+from hotpath_report.paper.claims import LIMITS, Verdict
+from hotpath_report.paper.evidence import GROUPS, Evidence
 from hotpath_report.paper.runner import CAUSES
 from hotpath_report.run import SOURCES
-from hotpath_report.statistics import Estimate, grouped
+from hotpath_report.statistics import grouped
 
 # Figures at the top of the page.
 PICTURES = ("hot_path", "dropped_jobs", "response_imu")
@@ -37,27 +37,13 @@ def prose(part: str, *arguments: Any) -> str:
     return text.strip()
 
 
-def slowdowns(evidence: Evidence) -> dict[str, Estimate]:
-    """By source: worst hot-path latency of the default executor divided by that of rm-ro."""
-    found, pair = {}, ("default", "rm-ro")
-    for source in SOURCES:
-        with suppress(Missing):
-            default, ours = evidence.hot_paths(source, *pair)
-            found[source] = statistics.ratio(default, ours, 1.0)
-    with suppress(Missing):
-        worst = evidence.real_hot_paths_ms("max", *pair)
-        found[REAL] = Estimate(worst[0] / worst[1])
-    return found
-
-
 def live_runs(evidence: Evidence) -> list[dict[str, Any]]:
     """Live measurements by study: least and most repetitions per setting, lengths in s."""
     found = []
     for study, name in SPEC["study_names"].items():
-        mine = [c for c in evidence.live_cells if c["study"] == study]
-        counts = Counter(c["name"].rpartition(".")[0] for c in mine).values()
-        if mine:
-            lengths = sorted({c["duration_s"] for c in mine})
+        if cells := [c for c in evidence.live_cells if c["study"] == study]:
+            counts = Counter(c["name"].rpartition(".")[0] for c in cells).values()
+            lengths = sorted({c["duration_s"] for c in cells})
             found.append({"name": name, "times": sorted({min(counts), max(counts)}), "lengths": lengths})
     return found
 
@@ -76,7 +62,7 @@ def noise_table(evidence: Evidence) -> Table:
 def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
     """A section per item."""
     made = []
-    for item in (item for item in ITEMS if item.name in items):
+    for item in (item for name, item in ITEMS.items() if name in items):
         section = Section(item.name, item.title, item.paper or "Beyond the paper", item.text)
         with suppress(Missing):
             for part in getattr(parts_of, item.name.replace("-", "_"))(evidence):
@@ -91,13 +77,13 @@ def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
 def document(evidence: Evidence) -> dict[str, Any]:
     """What the interactive part shows: the hot path, and the response times of each group of timers in each task set,
     by source."""
-    runs, executors = evidence.timer_runs(), list(grouped(evidence.hot_path, "executor"))
+    executors = list(grouped(evidence.hot_path, "executor"))
     latencies = [{e: evidence.latencies("autoware", source, e) for e in executors} for source in SOURCES]
     what = {"kind": "chain", "name": "hot path", "title": "Hot path", "measure": "hot-path latency (ms)"}
     found: list[Measured] = [(what | {"figure": "hot_path"}, latencies)]
     for (group, label), percent in product(GROUPS.items(), UTILISATIONS):
         name = f"{label}, {percent} % set"
-        of = [{e: runs.samples(percent, s, e, group) for e in runs.executors} for s in SOURCES]
+        of = [{e: evidence.response_times(percent, s, e, group) for e in evidence.executors} for s in SOURCES]
         what = {"kind": "task", "name": name, "title": f"Timers: {name}", "measure": "response time (ms)"}
         found.append((what | {"figure": ""}, of))
     known = {s: [e for _, of in found for e, some in of[k].items() if some] for k, s in enumerate(SOURCES)}
@@ -108,18 +94,16 @@ def document(evidence: Evidence) -> dict[str, Any]:
 
 def percentiles(evidence: Evidence) -> Rows:
     """A row per percentile of each distribution, with the cells behind it."""
-    found = {("hot path", *key, ""): samples for key, samples in sorted(evidence.all_latencies.items())}
-    for study in sorted(grouped(evidence.timers, "study")):
-        runs = evidence.timer_runs(study)
-        keys = sorted(grouped(runs.counts, *runs.KEY), key=str)
-        for (setting, source, executor), group in product(keys, GROUPS):
-            samples = runs.samples(setting, source, executor, group)
-            found["response", study, source, setting, executor, group] = samples
-    names = ("quantity", "study", "source", "setting", "executor", "tasks")
-    table = percentile_table((dict(zip(names, key)), samples) for key, samples in found.items())
+    names, groups = ("quantity", "study", "source", "setting", "executor", "tasks"), ["", *GROUPS]
+    rows = []
+    for (study, source, setting, executor, group), samples in evidence.samples.items():
+        place = (study, setting, source) if group else (study, source, setting)
+        key = ("response" if group else "hot path", study, source, setting, executor, group)
+        rows.append(((key[0], *place, executor, groups.index(group)), (dict(zip(names, key)), samples)))
+    table = percentile_table(row for _, row in sorted(rows, key=itemgetter(0)))
     for row in table:
-        key = (row["study"],), row["source"], row["executor"], row["setting"]
-        row |= {"setting": f"{row['setting']} %", "cells": evidence.names_of_cells(*key)}
+        of = [row["study"]], row["source"], row["executor"], row["setting"]
+        row |= {"setting": f"{row['setting']} %", "cells": evidence.names_of_cells(*of)}
     return table
 
 
@@ -127,7 +111,9 @@ def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, plan
     """Writes page, figures, claims.json and percentiles into `folder`; returns the verdicts."""
     make_folder(folder / "data")
     write_file(folder / "data" / "percentiles.csv", csv_text(percentiles(evidence), fraction="%.6f"))
-    verdicts = judge(evidence, items)
+    judged = judge(evidence)
+    verdicts = [v for v in judged if v.claim.item in items]
+    (slowdowns,) = (v.findings for v in judged if v.claim.name == "slowdown")
     write_json(folder / "claims.json", [v.as_json() for v in verdicts])
     made = sections(evidence, items)
     figures = {figure.name: figure for section in made for figure in section.figures}
@@ -138,7 +124,7 @@ def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, plan
         "reproduction",
         evidence=evidence,
         planned=planned,
-        slowdowns=slowdowns(evidence),
+        slowdowns=slowdowns,
         limits=LIMITS,
         pictures=[figures[name] for name in PICTURES if name in figures],
         verdicts=verdicts,
@@ -176,5 +162,5 @@ def write_published(publication: Path, folder: Path) -> None:
     """Judges and draws a published reproduction again from its data/."""
     evidence = evidence_of.stored(publication)
     studies = {c["study"] for c in evidence.cells}
-    items = [item.name for item in ITEMS if set(item.studies) <= studies]
+    items = [name for name, item in ITEMS.items() if set(item.studies) <= studies]
     write_page_of(evidence, items, folder, len(evidence.live_cells))

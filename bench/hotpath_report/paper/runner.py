@@ -13,7 +13,7 @@ from typing import Any
 from hotpath_report.errors import InputError, Interrupted, RunError
 from hotpath_report.files import name_durably, read_json, write_json
 from hotpath_report.hotpath_command import ENDS_WITH_US
-from hotpath_report.paper.cells import FACTS, Cell
+from hotpath_report.paper.cells import Cell
 
 CAUSES = ("stolen", "throttled", "others")  # of disturbances: the kernel's counters in run.json
 
@@ -33,57 +33,44 @@ def facts_of(path: Path) -> dict[str, Any]:
     return {}
 
 
-def signature(program: str) -> tuple[int, int, int]:
-    """Identity of a program file; a rebuild changes it."""
-    found = os.stat(program)
-    return found.st_ino, found.st_size, found.st_mtime_ns
-
-
 class Runner:
     """Runs cells in output/cells; live cells use `cpus` in this order."""
 
-    def __init__(self, hotpath: str, build: str, output: Path, cpus: list[int]) -> None:
+    def __init__(self, hotpath: Path, build: str, output: Path, cpus: list[int]) -> None:
         self.hotpath, self.build, self.cpus, self.folder = hotpath, build, cpus, output / "cells"
-        self.signature = signature(hotpath)
+        self.program = self.identity()
         self.failed: list[tuple[Cell, str]] = []
         for part in self.folder.glob(".*.part"):  # leftovers of killed or interrupted reproductions
             shutil.rmtree(part, ignore_errors=True)
 
-    def cpus_of(self, cell: Cell) -> list[int]:
-        """Processors of a live cell: as many as it has cores."""
-        return sorted(self.cpus[: cell.cores]) if cell.source == "live" else []
+    def identity(self) -> tuple[int, int, int]:
+        """Of the program's file; a rebuild changes it."""
+        found = self.hotpath.stat()
+        return found.st_ino, found.st_size, found.st_mtime_ns
 
     def command(self, cell: Cell, output: object) -> list[str]:
-        """Arguments of `hotpath`."""
+        """Arguments of `hotpath`. A live cell gets as many processors as it has cores."""
         cpus = ",".join(map(str, self.cpus_of(cell)))
         place = ["--cpus", cpus, "--domain", "0"] if cpus else []
         return [*cell.command(), *place, "--output", str(output)]
 
-    def identity(self, cell: Cell) -> dict[str, Any]:
+    def cpus_of(self, cell: Cell) -> list[int]:
+        """Processors of a live cell."""
+        return sorted(self.cpus[: cell.cores]) if cell.source == "live" else []
+
+    def planned(self, cell: Cell) -> dict[str, Any]:
         """Facts that two equivalent results of a cell share."""
         command = ["hotpath", *self.command(cell, f"cells/{cell.name}")]
-        return {"command": command, "build": self.build, "complete": True}
+        facts = {"command": command, "build": self.build, "complete": True}
+        return facts | cell.facts() | {"cpus": self.cpus_of(cell)}
 
     def complete(self, cell: Cell) -> bool:
         """Whether the cell's folder holds the planned result of this build."""
-        return self.identity(cell).items() <= facts_of(self.folder / cell.name / "cell.json").items()
-
-    def store(self, cell: Cell, part: Path, facts: dict[str, Any]) -> None:
-        """Gives a complete result its name. Moves a live result of another build aside, and deletes a simulated one."""
-        part.mkdir(parents=True, exist_ok=True)
-        write_json(part / "cell.json", facts)
-        folder, aside = self.folder / cell.name, self.folder.parent / "superseded"
-        if cell.source != "live":
-            shutil.rmtree(folder, ignore_errors=True)
-        elif folder.exists():
-            aside.mkdir(exist_ok=True)
-            names = (aside / f"{cell.name}.{attempt}" for attempt in itertools.count(1))
-            os.replace(folder, next(name for name in names if not name.exists()))
-        name_durably(part, folder)
+        return self.planned(cell).items() <= facts_of(self.folder / cell.name / "cell.json").items()
 
     def run(self, cell: Cell) -> None:
         """Runs one cell to completion. Raises RunError, and Interrupted after the end of the program."""
-        if signature(self.hotpath) != self.signature:
+        if self.identity() != self.program:
             kept = "was replaced during the measurement; complete cells are kept"
             again = "The same command measures everything again with the new program"
             raise RunError(f"{self.hotpath} {kept}. {again}")
@@ -104,14 +91,23 @@ class Runner:
             process.send_signal(signal.SIGINT)
             process.communicate()
             raise
-        run = facts_of(part / "run.json")
+        run, facts = facts_of(part / "run.json"), self.planned(cell)
         if process.returncode != 0 or run.get("complete", True) is not True:
             lines = errors.strip().splitlines() or [f"exit code {process.returncode}"]
             self.failed.append((cell, lines[-1]))
             shutil.rmtree(part, ignore_errors=True)
             return
-        facts = self.identity(cell) | {name: getattr(cell, name) for name in FACTS}
-        facts["cpus"] = self.cpus_of(cell)
         if cell.source == "live":
             facts["noise"] = noise_of(run, facts_of(part / "summary.json"))
-        self.store(cell, part, facts)
+        write_json(part / "cell.json", facts)
+        self.name(cell, part)
+
+    def name(self, cell: Cell, part: Path) -> None:
+        """Gives a complete result its name. Moves a live result of another build aside, and deletes a simulated one."""
+        folder, aside = self.folder / cell.name, self.folder.parent / "superseded"
+        if cell.source == "live" and folder.exists():
+            aside.mkdir(exist_ok=True)
+            names = (aside / f"{cell.name}.{attempt}" for attempt in itertools.count(1))
+            os.replace(folder, next(name for name in names if not name.exists()))
+        shutil.rmtree(folder, ignore_errors=True)
+        name_durably(part, folder)

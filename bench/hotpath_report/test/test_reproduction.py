@@ -24,8 +24,8 @@ from hotpath_command import CommandTest
 
 from hotpath_report.paper import cells, checks
 from hotpath_report.paper import evidence as evidence_of
-from hotpath_report.paper.claims import NO_DATA, NOT, PARTLY, REPRODUCED, judge
-from hotpath_report.paper.cells import NAMES
+from hotpath_report.paper.checks import judge
+from hotpath_report.paper.claims import NO_DATA, NOT, PARTLY, REPRODUCED
 
 BENCH = Path(__file__).resolve().parents[2]  # holds the package
 TIME_LIMIT_S = 100
@@ -261,5 +261,5 @@ class WrongUse(CommandTest):
     def test_list_names_every_item(self) -> None:
         result = call_here([str(BENCH), "reproduction-items"])
         self.assertEqual(result.returncode, 0, result.stderr)
-        for name in NAMES:
+        for name in cells.ITEMS:
             self.assertIn(name, result.stdout)

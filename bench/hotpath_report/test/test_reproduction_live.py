@@ -25,10 +25,10 @@ class Live(unittest.TestCase):
     def test_a_cell_stores_its_disturbances(self) -> None:
         output = self.folder()
         every = cells.cells_of("live", cells.MODES["quick"])
-        cell = next(c for c in every if c.study == "timers" and c.executors == ("rm-ro",))
+        cell = next(c for c in every if c.study == "timers" and c.executors == ["rm-ro"])
         cell = dataclasses.replace(cell, duration_s=0.5)
         cpu = max(os.sched_getaffinity(0))
-        runner = runner_of.Runner(HOTPATH, "a build", output, [cpu])
+        runner = runner_of.Runner(Path(HOTPATH), "a build", output, [cpu])
         runner.run(cell)
         self.assertEqual(runner.failed, [])
         self.assertTrue(runner.complete(cell))
@@ -36,7 +36,7 @@ class Live(unittest.TestCase):
         measured = {"stolen_percent", "throttled_percent", "others_percent", "marks"}
         self.assertEqual(set(facts["noise"]), measured)
         self.assertIn(str(cpu), facts["command"])
-        self.assertFalse(runner_of.Runner(HOTPATH, "another build", output, [cpu]).complete(cell))
+        self.assertFalse(runner_of.Runner(Path(HOTPATH), "another build", output, [cpu]).complete(cell))
         found = evidence_of.collect(output, [cell])
         self.assertEqual({row["source"] for row in found.timers}, {"live"})
         self.assertEqual({row["repetition"] for row in found.timers}, {cell.repetition})
@@ -44,8 +44,9 @@ class Live(unittest.TestCase):
 
     def test_a_failed_cell_leaves_a_message_and_no_folder(self) -> None:
         output = self.folder()
-        cell = cells.Cell("timers", "simulated", "broken", ("default",), "nowhere", duration_s=1)
-        runner = runner_of.Runner(HOTPATH, "a build", output, [0])
+        cell = next(cells.cells_of("simulated", cells.MODES["quick"]))
+        cell = dataclasses.replace(cell, name="simulated.timers.broken", graph="nowhere")
+        runner = runner_of.Runner(Path(HOTPATH), "a build", output, [0])
         runner.run(cell)
         self.assertEqual([failed.name for failed, _ in runner.failed], ["simulated.timers.broken"])
         self.assertIn("nowhere", runner.failed[0][1])
@@ -61,10 +62,10 @@ class Live(unittest.TestCase):
         )
 
     def test_the_order_is_fixed_and_mixes_executors(self) -> None:
-        mode = cells.MODES["standard"]
-        order = [c.name for c in cells.live_order(cells.cells_of("live", mode), 1)]
-        self.assertEqual(order, [c.name for c in cells.live_order(cells.cells_of("live", mode), 1)])
-        self.assertNotEqual(order, [c.name for c in cells.live_order(cells.cells_of("live", mode), 2)])
+        plans = (cells.all_cells(cells.MODES["standard"], seed) for seed in (1, 1, 2))
+        order, again, other = ([c.name for c in plan if c.source == "live"] for plan in plans)
+        self.assertEqual(order, again)
+        self.assertNotEqual(order, other)
         self.assertEqual(len(order), len(set(order)))
         rounds = [int(name.rsplit(".", 1)[1]) for name in order]
         self.assertEqual(rounds, sorted(rounds), "each executor runs once before any runs again")
