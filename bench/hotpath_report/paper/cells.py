@@ -33,6 +33,7 @@ ITEMS = {
     for name, item in read_spec("items.toml").items()
 }
 
+CAUSES = ("stolen", "throttled", "others")  # of disturbances: the kernel's counters in run.json
 # Expected durations: of a simulation or analysis, and between two live cells (noise, discovery, writing).
 OFFLINE_S, LIVE_OVERHEAD_S = 2, 2.8
 

@@ -129,17 +129,13 @@ class Evidence:
         none: dict[str, Rows] = {"timers": [], WITH_COST: []}
         return none | grouped(rows, "study")
 
-    @functools.cached_property
-    def _counts(self) -> dict[Any, Rows]:
-        rows = (row for rows in self.by_study.values() for row in rows)
-        return grouped(rows, "study", "utilisation_percent", "source", "executor")
-
     def counts(
         self, percent: int, source: str, executor: str, group: str | None = None, study: str = "timers"
     ) -> Rows:
         """Timers of a group on the set of this utilisation: a row per repetition and task; empty if the executor did
         not run."""
-        rows = self._counts.get((study, percent, source, executor), [])
+        key, wanted = itemgetter("utilisation_percent", "source", "executor"), (percent, source, executor)
+        rows = (row for row in self.by_study[study] if key(row) == wanted)
         return [row for row in rows if group in (None, row["group"])]
 
     def response_times(self, percent: int, source: str, executor: str, group: str) -> Samples:
@@ -190,9 +186,9 @@ class Evidence:
         write_json(folder / CELLS_FILE, self.cells)
 
 
-def collect(output: Path, cells: Iterable[Cell]) -> Evidence:
+def collect(output: Path, cells: Iterable[Cell], mode: str = "") -> Evidence:
     """Evidence from complete cells."""
-    made = Evidence()
+    made = Evidence(mode=mode)
     for cell in cells:
         folder = output / "cells" / cell.name
         facts = read_json(folder / "cell.json")
@@ -200,24 +196,21 @@ def collect(output: Path, cells: Iterable[Cell]) -> Evidence:
         if cell.source == "analysis":
             made.tables |= {f.name: read_rows(f) for f in folder.iterdir() if f.name in COPIED_TABLES}
             continue
-        run = Run(folder)
-        keys: dict[str, Any] = {"study": cell.study, "source": cell.source}
+        run, on_timers = Run(folder), cell.study.startswith("timers")
+        setting = "utilisation_percent" if on_timers else "load_percent"
+        keys: dict[str, Any] = {"study": cell.study, "source": cell.source, setting: cell.load_percent}
         if cell.source == "live":
             keys["repetition"] = cell.repetition
             made.machine = {**run["machine"], "date": run["date"], "transport": run["transport"]}
             facts["policies"] = sorted({p for r in run["runs"] for p in r.get("thread_policies", [])})
         facts["date"] = run.facts.get("date", "")
-        if cell.study.startswith("timers"):
-            keys["utilisation_percent"] = cell.load_percent
-            counts = run.timer_counts()
-            timers = grouped(counts, "task")
-            made.timers += [row | keys | {"repetition": cell.repetition} for row in counts]
-            responses = (row for row in run.samples("responses") if row["name"] in timers)
-            made.responses += [row | keys | {"task": row["name"]} for row in responses]
+        if on_timers:
+            made.timers += [row | keys | {"repetition": cell.repetition} for row in run.timer_counts()]
+            made.responses += [row | keys | {"task": row["name"]} for row in run.samples("responses")]
         else:
-            keys["load_percent"] = cell.load_percent
-            for row in run.samples("chains"):
-                made.hot_path.append(row | keys | {"executor": base_name(row["executor"])})
+            made.hot_path += [
+                row | keys | {"executor": base_name(row["executor"])} for row in run.samples("chains")
+            ]
     return made
 
 

@@ -1,22 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`hotpath paper figures`: reproduces the tables and figures of the paper's evaluation."""
+"""`hotpath paper figures`: reproduces the tables and figures of the paper's evaluation. Only a complete cell's folder
+gets its name, so that runs can resume."""
 
+import contextlib
 import fcntl
 import hashlib
+import itertools
 import json
 import os
+import shutil
+import signal
+import subprocess
 import sys
 import time
 from collections import Counter
 from functools import partial
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 from hotpath_report import hotpath_command
 from hotpath_report.errors import InputError, Interrupted, RunError, interruptible
-from hotpath_report.files import make_folder, write_json
-from hotpath_report.paper.cells import ITEMS, MODES, Cell, all_cells, duration_text
-from hotpath_report.paper.runner import Runner, facts_of
+from hotpath_report.files import make_folder, name_durably, read_json, write_json
+from hotpath_report.paper.cells import CAUSES, ITEMS, MODES, Cell, all_cells, duration_text
 
 SEED = 1
 EXIT_FAILED = 1
@@ -49,6 +54,116 @@ def build_of(hotpath: Path) -> str:
         raise InputError(f"{hotpath}: cannot run ({error}); build it with launch_scripts/build.sh") from None
 
 
+def facts_of(path: Path) -> dict[str, Any]:
+    """Content of a JSON file; empty if it cannot be read."""
+    with contextlib.suppress(InputError):
+        return dict(read_json(path))
+    return {}
+
+
+def noise_of(run: dict[str, Any], summary: dict[str, Any]) -> dict[str, Any]:
+    """Disturbances of a live cell's one repetition in percent of its time, and the marks that `hotpath` gave it. Marked
+    repetitions are shown and counted like all others."""
+    (usage,) = (r["usage"] for r in run["runs"])
+    shares = {f"{cause}_percent": 100 * usage[f"{cause}_ms"] / usage["wall_ms"] for cause in CAUSES}
+    return {**shares, "marks": [m for e in summary["executors"] for r in e["disturbed"] for m in r["marks"]]}
+
+
+class Runner:
+    """Runs cells in output/cells; live cells use `cpus` in this order."""
+
+    def __init__(self, hotpath: Path, build: str, output: Path, cpus: list[int]) -> None:
+        self.hotpath, self.build, self.cpus, self.folder = hotpath, build, cpus, output / "cells"
+        self.program = self.identity()
+        self.failed: list[tuple[Cell, str]] = []
+        for part in self.folder.glob(".*.part"):  # leftovers of killed or interrupted reproductions
+            shutil.rmtree(part, ignore_errors=True)
+
+    def identity(self) -> tuple[int, int, int]:
+        """Of the program's file; a rebuild changes it."""
+        found = self.hotpath.stat()
+        return found.st_ino, found.st_size, found.st_mtime_ns
+
+    def command(self, cell: Cell, output: object) -> list[str]:
+        """Arguments of `hotpath`."""
+        place = ["--cpus", ",".join(map(str, self.cpus_of(cell))), "--domain", "0"]
+        return [*cell.command(), *(place if cell.source == "live" else []), "--output", str(output)]
+
+    def cpus_of(self, cell: Cell) -> list[int]:
+        """Processors of a live cell: as many as it has cores."""
+        return sorted(self.cpus[: cell.cores]) if cell.source == "live" else []
+
+    def planned(self, cell: Cell) -> dict[str, Any]:
+        """Facts that two equivalent results of a cell share."""
+        command = ["hotpath", *self.command(cell, f"cells/{cell.name}")]
+        facts = {"command": command, "build": self.build, "complete": True}
+        return facts | cell.facts() | {"cpus": self.cpus_of(cell)}
+
+    def complete(self, cell: Cell) -> bool:
+        """Whether the cell's folder holds the planned result of this build."""
+        return self.planned(cell).items() <= facts_of(self.folder / cell.name / "cell.json").items()
+
+    def run(self, cell: Cell) -> None:
+        """Runs one cell to completion. Raises RunError, and Interrupted after the end of the program."""
+        if self.identity() != self.program:
+            kept = "was replaced during the measurement; complete cells are kept"
+            again = "The same command measures everything again with the new program"
+            raise RunError(f"{self.hotpath} {kept}. {again}")
+        part = self.folder / f".{cell.name}.{os.getpid()}.part"
+        process = subprocess.Popen(
+            [*hotpath_command.ENDS_WITH_US, self.hotpath, *self.command(cell, part)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            env={**os.environ, "HOTPATH_FIGURES": "none"},
+            start_new_session=True,  # this process forwards Ctrl-C once
+        )
+        try:
+            _, errors = process.communicate()
+        except Interrupted:
+            process.send_signal(signal.SIGINT)
+            process.communicate()
+            raise
+        run, facts = facts_of(part / "run.json"), self.planned(cell)
+        if process.returncode != 0 or run.get("complete", True) is not True:
+            lines = errors.strip().splitlines() or [f"exit code {process.returncode}"]
+            self.failed.append((cell, lines[-1]))
+            shutil.rmtree(part, ignore_errors=True)
+            return
+        if cell.source == "live":
+            facts["noise"] = noise_of(run, facts_of(part / "summary.json"))
+        write_json(part / "cell.json", facts)
+        self.name(cell, part)
+
+    def name(self, cell: Cell, part: Path) -> None:
+        """Gives a complete result its name. Moves a live result of another build aside, and deletes a simulated one."""
+        folder, aside = self.folder / cell.name, self.folder.parent / "superseded"
+        if cell.source == "live" and folder.exists():
+            aside.mkdir(exist_ok=True)
+            names = (aside / f"{cell.name}.{attempt}" for attempt in itertools.count(1))
+            os.replace(folder, next(name for name in names if not name.exists()))
+        shutil.rmtree(folder, ignore_errors=True)
+        name_durably(part, folder)
+
+    def measure(self, wanted: list[Cell]) -> None:
+        """Runs the missing cells. Raises Interrupted."""
+        import tqdm
+
+        todo = [c for c in wanted if not self.complete(c)]
+        if len(todo) < len(wanted):
+            tell(f"{len(wanted) - len(todo)} of {len(wanted)} cells are complete; continuing with the rest")
+        total, hidden = sum(c.seconds for c in todo), not sys.stderr.isatty()
+        with tqdm.tqdm(total=total, bar_format=BAR, leave=False, disable=hidden) as bar:
+            for cell in todo:
+                bar.set_postfix_str(cell.name)
+                self.run(cell)
+                bar.update(cell.seconds)
+        for cell, sentence in self.failed:
+            tell(f"{cell.name} failed: {sentence}")
+
+
 def open_folder(folder: Path, mode: str, cells: list[Cell]) -> TextIO:
     """Writes the plan at the first start and rejects a different plan later. The open file locks the folder: another
     process would remove running measurements. Raises InputError."""
@@ -60,34 +175,17 @@ def open_folder(folder: Path, mode: str, cells: list[Cell]) -> TextIO:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         before = facts_of(path)
         if not before:
-            write_json(path, plan)
+            write_json(path, before := plan)
     except BlockingIOError:
         raise InputError(f"{where}: another reproduction runs there; wait, or name another folder") from None
     except OSError as error:
         raise InputError(f"{where}: cannot be written ({error.strerror})") from None
-    if before and before.get("mode") != mode:
+    if before.get("mode") != mode:
         held = f"{where} holds a reproduction in mode `{before.get('mode')}`"
         raise InputError(f"{held}; use this mode or another folder")
-    if before and before.get("order") != plan["order"]:
+    if before.get("order") != plan["order"]:
         raise InputError(f"{where} holds results of another version of this script; name another folder")
     return file
-
-
-def measure(runner: Runner, wanted: list[Cell]) -> None:
-    """Runs the missing cells. Raises Interrupted."""
-    import tqdm
-
-    todo = [c for c in wanted if not runner.complete(c)]
-    if len(todo) < len(wanted):
-        tell(f"{len(wanted) - len(todo)} of {len(wanted)} cells are complete; continuing with the rest")
-    total, hidden = sum(c.seconds for c in todo), not sys.stderr.isatty()
-    with tqdm.tqdm(total=total, bar_format=BAR, leave=False, disable=hidden) as bar:
-        for cell in todo:
-            bar.set_postfix_str(cell.name)
-            runner.run(cell)
-            bar.update(cell.seconds)
-    for cell, sentence in runner.failed:
-        tell(f"{cell.name} failed: {sentence}")
 
 
 def present(output: Path, mode: str, items: list[str], cells: list[Cell], complete: list[Cell]) -> None:
@@ -97,8 +195,7 @@ def present(output: Path, mode: str, items: list[str], cells: list[Cell], comple
     # With --only, keep showing other complete items.
     found = {c.study for c in complete}
     shown = [name for name, item in ITEMS.items() if name in items or set(item.studies) <= found]
-    collected = evidence.collect(output, complete)
-    collected.mode = mode
+    collected = evidence.collect(output, complete, mode)
     planned = sum(c.source == "live" for c in cells)
     verdicts = results.write_results(collected, shown, output, planned)
     for v in verdicts:
@@ -128,8 +225,8 @@ def reproduce(options: str) -> int:
         runner = Runner(program, build, output, sorted(os.sched_getaffinity(0), reverse=True))
         try:
             with interruptible():
-                measure(runner, wanted)
-                present(output, o["mode"], items, cells, [c for c in cells if runner.complete(c)])
+                runner.measure(wanted)
+                present(output, o["mode"], items, cells, list(filter(runner.complete, cells)))
         except Interrupted as signalled:
             done = f"Interrupted; {sum(map(runner.complete, cells))} cells are complete"
             tell(f"{done}. The same command resumes; without --live it shows the results so far.")

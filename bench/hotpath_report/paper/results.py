@@ -19,11 +19,10 @@ from hotpath_report.pages.text import environment
 from hotpath_report.pages.writer import Section, Table, make_figure, write_page
 from hotpath_report.paper import evidence as evidence_of
 from hotpath_report.paper import items as parts_of
-from hotpath_report.paper.cells import ITEMS, MODES, SPEC, UTILISATIONS, duration_text
+from hotpath_report.paper.cells import CAUSES, ITEMS, MODES, SPEC, UTILISATIONS, duration_text
 from hotpath_report.paper.checks import judge
 from hotpath_report.paper.claims import LIMITS, Verdict
 from hotpath_report.paper.evidence import GROUPS, Evidence
-from hotpath_report.paper.runner import CAUSES
 from hotpath_report.run import SOURCES
 from hotpath_report.statistics import grouped
 

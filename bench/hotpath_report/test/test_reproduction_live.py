@@ -11,7 +11,7 @@ from typing import Any
 
 from hotpath_report.paper import cells
 from hotpath_report.paper import evidence as evidence_of
-from hotpath_report.paper import runner as runner_of
+from hotpath_report.paper import reproduce as runner_of
 
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
 
