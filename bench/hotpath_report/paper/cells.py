@@ -5,10 +5,9 @@ kept in the plan."""
 
 import random
 import tomllib
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from itertools import groupby, product
-from operator import attrgetter
+from operator import itemgetter
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -37,77 +36,68 @@ CAUSES = ("stolen", "throttled", "others")  # of disturbances: the kernel's coun
 # Expected durations: of a simulation or analysis, and between two live cells (noise, discovery, writing).
 OFFLINE_S, LIVE_OVERHEAD_S = 2, 2.8
 
-
-@dataclass(frozen=True)
-class Cell:
-    """One invocation; the `options` of an analysis are its whole command."""
-
-    name: str  # also of its folder
-    study: str
-    source: str  # simulated, live or analysis
-    executors: list[str]
-    graph: str
-    load_percent: int  # of one core; for a timers-only set its utilisation
-    duration_s: float
-    warm_up_s: float
-    repetition: int
-    seed: int  # of everything random
-    options: tuple[str, ...] = ()
-    cores: int = 1
-
-    def facts(self) -> dict[str, Any]:
-        """Its attributes in results."""
-        return {key: value for key, value in vars(self).items() if key not in ("options", "cores")}
-
-    @property
-    def seconds(self) -> float:
-        """Expected duration."""
-        return self.duration_s + self.warm_up_s + LIVE_OVERHEAD_S if self.source == "live" else OFFLINE_S
-
-    def command(self) -> list[str]:
-        """Arguments of `hotpath`, without the place of the cell and of its output."""
-        if self.source == "analysis":
-            return list(self.options)
-        kind = ["run", "--repetitions", "1"] if self.source == "live" else ["simulate"]
-        kind += ["--executors", ",".join(self.executors), "--graph", self.graph]
-        kind += ["--duration", f"{self.duration_s:g}", "--warm-up", f"{self.warm_up_s:g}"]
-        return [*kind, "--seed", str(self.seed), *self.options]
+Cell = dict[str, Any]  # facts, as in its cell.json
 
 
-def cells_of(source: str, mode: Any) -> Iterator[Cell]:
-    """The cells of all entries of a source: one per label, live also one per repetition and executor."""
+def cells_of(source: str, mode: Any, cpus: Sequence[int] = ()) -> Iterator[Cell]:
+    """The cells of all entries of a source (simulated, live or analysis): one per label, live also one per repetition
+    and executor, on the first `cpus`."""
+    live = source == "live"
     for spec in SPEC[source]:
-        on_timers, live = spec["study"].startswith("timers"), source == "live"
+        study, on_timers = spec["study"], spec["study"].startswith("timers")
         labels, executors = spec.get("labels", UTILISATIONS if on_timers else [""]), spec.get("executors", [])
         executors = EXECUTORS[executors] if isinstance(executors, str) else executors
         once = (1, getattr(mode, spec.get("duration_s", ""), 0))
         repetitions, duration_s = getattr(mode, spec["lengths"]) if live else once
+        options = [option.format(mode=mode) for option in spec.get("options", [])]
         each = [[e] for e in executors] if live else [executors]
         for repetition, label, of_cell in product(range(repetitions), labels, each):
-            words = [source, spec["study"], str(label), *([*of_cell, str(repetition + 1)] if live else [])]
-            yield Cell(
-                ".".join(word.replace(":", "_") for word in words if word),
-                spec["study"],
-                source,
-                list(of_cell),
-                graph=f"timers_only_{label}" if on_timers else "autoware",
-                load_percent=label if isinstance(label, int) else PAPER_LOAD_PERCENT,
-                duration_s=duration_s,
-                warm_up_s=mode.warm_up_s,
-                repetition=repetition,
-                seed=repetition + 1,
-                options=tuple(option.format(mode=mode) for option in spec.get("options", [])),
-                cores=spec.get("cores", 1),
-            )
+            words = [source, study, str(label), *([*of_cell, str(repetition + 1)] if live else [])]
+            cell = {
+                "command": [],
+                "build": "",  # of the program that ran it
+                "complete": True,
+                "name": ".".join(word.replace(":", "_") for word in words if word),  # also of its folder
+                "study": study,
+                "source": source,
+                "executors": of_cell,
+                "graph": f"timers_only_{label}" if on_timers else "autoware",
+                # Of one core; for a timers-only set its utilisation.
+                "load_percent": label if isinstance(label, int) else PAPER_LOAD_PERCENT,
+                "duration_s": duration_s,
+                "warm_up_s": mode.warm_up_s,
+                "repetition": repetition,
+                "seed": repetition + 1,  # of everything random
+                "cpus": sorted(cpus[: spec.get("cores", 1)]),
+            }
+            yield cell | {"command": command_of(cell, options)}
 
 
-def all_cells(mode: Any, seed: int) -> list[Cell]:
+def command_of(cell: Cell, options: list[str]) -> list[str]:
+    """Its command line; the options of an analysis are its whole command."""
+    words = list(options)
+    if cell["source"] != "analysis":
+        kind = ["run", "--repetitions", "1"] if cell["source"] == "live" else ["simulate"]
+        kind += ["--executors", ",".join(cell["executors"]), "--graph", cell["graph"]]
+        kind += ["--duration", f"{cell['duration_s']:g}", "--warm-up", f"{cell['warm_up_s']:g}"]
+        words = [*kind, "--seed", str(cell["seed"]), *options]
+    words += ["--cpus", ",".join(map(str, cell["cpus"])), "--domain", "0"] if cell["cpus"] else []
+    return ["hotpath", *words, "--output", f"cells/{cell['name']}"]
+
+
+def seconds_of(cell: Cell) -> float:
+    """Expected duration."""
+    live_s: float = cell["duration_s"] + cell["warm_up_s"] + LIVE_OVERHEAD_S
+    return live_s if cell["source"] == "live" else OFFLINE_S
+
+
+def all_cells(mode: Any, seed: int, cpus: Sequence[int] = ()) -> list[Cell]:
     """The plan: simulated cells, then analyses (bounds, release cost), then live cells in rounds of repetitions in
     random order, so that drift affects all executors alike."""
     cells, generator = [*cells_of("simulated", mode), *cells_of("analysis", mode)], random.Random(seed)
-    live = sorted(cells_of("live", mode), key=attrgetter("repetition"))
-    for _, repetition in groupby(live, key=attrgetter("repetition")):
-        found = list(repetition)
+    repetition = itemgetter("repetition")
+    for _, of in groupby(sorted(cells_of("live", mode, cpus), key=repetition), repetition):
+        found = list(of)
         generator.shuffle(found)
         cells += found
     return cells

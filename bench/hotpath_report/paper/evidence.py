@@ -189,28 +189,27 @@ class Evidence:
 def collect(output: Path, cells: Iterable[Cell], mode: str = "") -> Evidence:
     """Evidence from complete cells."""
     made = Evidence(mode=mode)
-    for cell in cells:
-        folder = output / "cells" / cell.name
+    for name in (cell["name"] for cell in cells):
+        folder = output / "cells" / name
         facts = read_json(folder / "cell.json")
         made.cells.append(facts)
-        if cell.source == "analysis":
+        if facts["source"] == "analysis":
             made.tables |= {f.name: read_rows(f) for f in folder.iterdir() if f.name in COPIED_TABLES}
             continue
-        run, on_timers = Run(folder), cell.study.startswith("timers")
-        setting = "utilisation_percent" if on_timers else "load_percent"
-        keys: dict[str, Any] = {"study": cell.study, "source": cell.source, setting: cell.load_percent}
-        if cell.source == "live":
-            keys["repetition"] = cell.repetition
+        run, on_timers = Run(folder), facts["study"].startswith("timers")
+        keys: dict[str, Any] = {key: facts[key] for key in ("study", "source")}
+        keys["utilisation_percent" if on_timers else "load_percent"] = facts["load_percent"]
+        if facts["source"] == "live":
+            keys["repetition"] = facts["repetition"]
             made.machine = {**run["machine"], "date": run["date"], "transport": run["transport"]}
             facts["policies"] = sorted({p for r in run["runs"] for p in r.get("thread_policies", [])})
         facts["date"] = run.facts.get("date", "")
         if on_timers:
-            made.timers += [row | keys | {"repetition": cell.repetition} for row in run.timer_counts()]
+            made.timers += [{"repetition": 0} | row | keys for row in run.timer_counts()]
             made.responses += [row | keys | {"task": row["name"]} for row in run.samples("responses")]
         else:
-            made.hot_path += [
-                row | keys | {"executor": base_name(row["executor"])} for row in run.samples("chains")
-            ]
+            outputs = run.samples("chains")
+            made.hot_path += [row | keys | {"executor": base_name(row["executor"])} for row in outputs]
     return made
 
 

@@ -5,7 +5,6 @@ gets its name, so that runs can resume."""
 import contextlib
 import fcntl
 import hashlib
-import itertools
 import json
 import os
 import shutil
@@ -21,7 +20,7 @@ from typing import Any, TextIO
 from hotpath_report import hotpath_command
 from hotpath_report.errors import InputError, Interrupted, RunError, interruptible
 from hotpath_report.files import make_folder, name_durably, read_json, write_json
-from hotpath_report.paper.cells import CAUSES, ITEMS, MODES, Cell, all_cells, duration_text
+from hotpath_report.paper.cells import CAUSES, ITEMS, MODES, Cell, all_cells, duration_text, seconds_of
 
 SEED = 1
 EXIT_FAILED = 1
@@ -35,12 +34,12 @@ def list_items() -> None:
     cells = all_cells(MODES["standard"], SEED)
     print(f"{'item':<16} {'simulations':>11} {'with --live':>16}  what")
     for item in ITEMS.values():
-        mine = [c for c in cells if c.study in item.studies]
-        live = [c.seconds for c in mine if c.source == "live"]
+        mine = [c for c in cells if c["study"] in item.studies]
+        live = [seconds_of(c) for c in mine if c["source"] == "live"]
         length = duration_text(sum(live)) if live else ""
         where = item.paper or "beyond the paper"
         print(f"{item.name:<16} {len(mine) - len(live):>11} {length:>16}  {item.title}: {where}")
-    live_s = sum(c.seconds for c in cells if c.source == "live")
+    live_s = sum(seconds_of(c) for c in cells if c["source"] == "live")
     print(f"All live repetitions in mode standard: {duration_text(live_s)}; items share repetitions.")
     print("One of them, simulated in seconds: hotpath paper figures --quick --only ITEM")
 
@@ -70,48 +69,29 @@ def noise_of(run: dict[str, Any], summary: dict[str, Any]) -> dict[str, Any]:
 
 
 class Runner:
-    """Runs cells in output/cells; live cells use `cpus` in this order."""
+    """Runs cells in output/cells."""
 
-    def __init__(self, hotpath: Path, build: str, output: Path, cpus: list[int]) -> None:
-        self.hotpath, self.build, self.cpus, self.folder = hotpath, build, cpus, output / "cells"
-        self.program = self.identity()
-        self.failed: list[tuple[Cell, str]] = []
+    def __init__(self, hotpath: Path, build: str, output: Path) -> None:
+        self.hotpath, self.build, self.folder = hotpath, build, output / "cells"
+        self.built = hotpath.stat().st_mtime_ns
+        self.failed: list[tuple[str, str]] = []
         for part in self.folder.glob(".*.part"):  # leftovers of killed or interrupted reproductions
             shutil.rmtree(part, ignore_errors=True)
 
-    def identity(self) -> tuple[int, int, int]:
-        """Of the program's file; a rebuild changes it."""
-        found = self.hotpath.stat()
-        return found.st_ino, found.st_size, found.st_mtime_ns
-
-    def command(self, cell: Cell, output: object) -> list[str]:
-        """Arguments of `hotpath`."""
-        place = ["--cpus", ",".join(map(str, self.cpus_of(cell))), "--domain", "0"]
-        return [*cell.command(), *(place if cell.source == "live" else []), "--output", str(output)]
-
-    def cpus_of(self, cell: Cell) -> list[int]:
-        """Processors of a live cell: as many as it has cores."""
-        return sorted(self.cpus[: cell.cores]) if cell.source == "live" else []
-
-    def planned(self, cell: Cell) -> dict[str, Any]:
-        """Facts that two equivalent results of a cell share."""
-        command = ["hotpath", *self.command(cell, f"cells/{cell.name}")]
-        facts = {"command": command, "build": self.build, "complete": True}
-        return facts | cell.facts() | {"cpus": self.cpus_of(cell)}
-
     def complete(self, cell: Cell) -> bool:
         """Whether the cell's folder holds the planned result of this build."""
-        return self.planned(cell).items() <= facts_of(self.folder / cell.name / "cell.json").items()
+        found = facts_of(self.folder / cell["name"] / "cell.json")
+        return (cell | {"build": self.build}).items() <= found.items()
 
     def run(self, cell: Cell) -> None:
         """Runs one cell to completion. Raises RunError, and Interrupted after the end of the program."""
-        if self.identity() != self.program:
+        if self.hotpath.stat().st_mtime_ns != self.built:
             kept = "was replaced during the measurement; complete cells are kept"
             again = "The same command measures everything again with the new program"
             raise RunError(f"{self.hotpath} {kept}. {again}")
-        part = self.folder / f".{cell.name}.{os.getpid()}.part"
+        part = self.folder / f".{cell['name']}.{os.getpid()}.part"
         process = subprocess.Popen(
-            [*hotpath_command.ENDS_WITH_US, self.hotpath, *self.command(cell, part)],
+            [*hotpath_command.ENDS_WITH_US, self.hotpath, *cell["command"][1:-1], part],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
@@ -126,24 +106,23 @@ class Runner:
             process.send_signal(signal.SIGINT)
             process.communicate()
             raise
-        run, facts = facts_of(part / "run.json"), self.planned(cell)
+        run, facts = facts_of(part / "run.json"), cell | {"build": self.build}
         if process.returncode != 0 or run.get("complete", True) is not True:
             lines = errors.strip().splitlines() or [f"exit code {process.returncode}"]
-            self.failed.append((cell, lines[-1]))
+            self.failed.append((cell["name"], lines[-1]))
             shutil.rmtree(part, ignore_errors=True)
             return
-        if cell.source == "live":
+        if cell["source"] == "live":
             facts["noise"] = noise_of(run, facts_of(part / "summary.json"))
         write_json(part / "cell.json", facts)
         self.name(cell, part)
 
     def name(self, cell: Cell, part: Path) -> None:
         """Gives a complete result its name. Moves a live result of another build aside, and deletes a simulated one."""
-        folder, aside = self.folder / cell.name, self.folder.parent / "superseded"
-        if cell.source == "live" and folder.exists():
+        folder, aside = self.folder / cell["name"], self.folder.parent / "superseded"
+        if cell["source"] == "live" and folder.exists():
             aside.mkdir(exist_ok=True)
-            names = (aside / f"{cell.name}.{attempt}" for attempt in itertools.count(1))
-            os.replace(folder, next(name for name in names if not name.exists()))
+            os.replace(folder, aside / f"{cell['name']}.{time.time_ns()}")
         shutil.rmtree(folder, ignore_errors=True)
         name_durably(part, folder)
 
@@ -154,21 +133,21 @@ class Runner:
         todo = [c for c in wanted if not self.complete(c)]
         if len(todo) < len(wanted):
             tell(f"{len(wanted) - len(todo)} of {len(wanted)} cells are complete; continuing with the rest")
-        total, hidden = sum(c.seconds for c in todo), not sys.stderr.isatty()
+        total, hidden = sum(map(seconds_of, todo)), not sys.stderr.isatty()
         with tqdm.tqdm(total=total, bar_format=BAR, leave=False, disable=hidden) as bar:
             for cell in todo:
-                bar.set_postfix_str(cell.name)
+                bar.set_postfix_str(cell["name"])
                 self.run(cell)
-                bar.update(cell.seconds)
-        for cell, sentence in self.failed:
-            tell(f"{cell.name} failed: {sentence}")
+                bar.update(seconds_of(cell))
+        for name, sentence in self.failed:
+            tell(f"{name} failed: {sentence}")
 
 
 def open_folder(folder: Path, mode: str, cells: list[Cell]) -> TextIO:
     """Writes the plan at the first start and rejects a different plan later. The open file locks the folder: another
     process would remove running measurements. Raises InputError."""
     path, where = folder / "plan.json", f"--output {folder}"
-    plan = {"mode": mode, "seed": SEED, "order": [c.name for c in cells]}
+    plan = {"mode": mode, "seed": SEED, "order": [c["name"] for c in cells]}
     try:
         make_folder(folder / "cells")
         file = open(folder / ".lock", "w", encoding="ascii")
@@ -193,10 +172,10 @@ def present(output: Path, mode: str, items: list[str], cells: list[Cell], comple
     from hotpath_report.paper import evidence, results  # takes a second; not needed for errors
 
     # With --only, keep showing other complete items.
-    found = {c.study for c in complete}
+    found = {c["study"] for c in complete}
     shown = [name for name, item in ITEMS.items() if name in items or set(item.studies) <= found]
     collected = evidence.collect(output, complete, mode)
-    planned = sum(c.source == "live" for c in cells)
+    planned = sum(c["source"] == "live" for c in cells)
     verdicts = results.write_results(collected, shown, output, planned)
     for v in verdicts:
         texts = ["", *(f.text for source, f in v.findings.items() if source != evidence.REAL)]
@@ -215,14 +194,14 @@ def reproduce(options: str) -> int:
     for name in items:
         if name not in ITEMS:
             raise InputError(f"--only: unknown item `{name}`; choose from {', '.join(ITEMS)}")
-    cells = all_cells(MODES[o["mode"]], SEED)
+    # On most machines the last processors get the fewest interrupts.
+    cells = all_cells(MODES[o["mode"]], SEED, sorted(os.sched_getaffinity(0), reverse=True))
     studies = {study for name in items for study in ITEMS[name].studies}
-    wanted = [c for c in cells if c.study in studies and (o["live"] or c.source != "live")]
+    wanted = [c for c in cells if c["study"] in studies and (o["live"] or c["source"] != "live")]
     program = hotpath_command.program()
     build = build_of(program)
     with open_folder(output, o["mode"], cells):
-        # On most machines the last processors get the fewest interrupts.
-        runner = Runner(program, build, output, sorted(os.sched_getaffinity(0), reverse=True))
+        runner = Runner(program, build, output)
         try:
             with interruptible():
                 runner.measure(wanted)

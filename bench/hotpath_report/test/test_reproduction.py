@@ -87,7 +87,7 @@ class Simulated(CommandTest):
         cls.first = subprocess.run(words, capture_output=True, text=True, timeout=TIME_LIMIT_S, check=False)
         studies = ("timers", "timers_with_release_cost", "autoware", "wcrt")
         every = cells.all_cells(cells.MODES["quick"], 1)
-        wanted = [c for c in every if c.source != "live" and c.study in studies]
+        wanted = [c for c in every if c["source"] != "live" and c["study"] in studies]
         cls.evidence = evidence_of.collect(cls.output, wanted)
 
     def verdicts(self, evidence: Any) -> dict[Any, Any]:

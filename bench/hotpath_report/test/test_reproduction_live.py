@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cells of a reproduction: results, disturbances, failures and order."""
 
-import dataclasses
 import json
 import os
 import tempfile
 import unittest
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from hotpath_report.paper import cells
@@ -24,31 +24,31 @@ class Live(unittest.TestCase):
 
     def test_a_cell_stores_its_disturbances(self) -> None:
         output = self.folder()
-        every = cells.cells_of("live", cells.MODES["quick"])
-        cell = next(c for c in every if c.study == "timers" and c.executors == ["rm-ro"])
-        cell = dataclasses.replace(cell, duration_s=0.5)
         cpu = max(os.sched_getaffinity(0))
-        runner = runner_of.Runner(Path(HOTPATH), "a build", output, [cpu])
+        brief = SimpleNamespace(**{**vars(cells.MODES["quick"]), "live_timers": [1, 0.5]})
+        every = cells.cells_of("live", brief, [cpu])
+        cell = next(c for c in every if c["study"] == "timers" and c["executors"] == ["rm-ro"])
+        runner = runner_of.Runner(Path(HOTPATH), "a build", output)
         runner.run(cell)
         self.assertEqual(runner.failed, [])
         self.assertTrue(runner.complete(cell))
-        facts = json.loads((output / "cells" / cell.name / "cell.json").read_text())
+        facts = json.loads((output / "cells" / cell["name"] / "cell.json").read_text())
         measured = {"stolen_percent", "throttled_percent", "others_percent", "marks"}
         self.assertEqual(set(facts["noise"]), measured)
         self.assertIn(str(cpu), facts["command"])
-        self.assertFalse(runner_of.Runner(Path(HOTPATH), "another build", output, [cpu]).complete(cell))
+        self.assertFalse(runner_of.Runner(Path(HOTPATH), "another build", output).complete(cell))
         found = evidence_of.collect(output, [cell])
         self.assertEqual({row["source"] for row in found.timers}, {"live"})
-        self.assertEqual({row["repetition"] for row in found.timers}, {cell.repetition})
+        self.assertEqual({row["repetition"] for row in found.timers}, {cell["repetition"]})
         self.assertGreater(len(found.responses), 0)
 
     def test_a_failed_cell_leaves_a_message_and_no_folder(self) -> None:
         output = self.folder()
         cell = next(cells.cells_of("simulated", cells.MODES["quick"]))
-        cell = dataclasses.replace(cell, name="simulated.timers.broken", graph="nowhere")
-        runner = runner_of.Runner(Path(HOTPATH), "a build", output, [0])
+        cell |= {"name": "broken", "command": ["hotpath", "simulate", "--graph", "nowhere", "--output", ""]}
+        runner = runner_of.Runner(Path(HOTPATH), "a build", output)
         runner.run(cell)
-        self.assertEqual([failed.name for failed, _ in runner.failed], ["simulated.timers.broken"])
+        self.assertEqual([name for name, _ in runner.failed], ["broken"])
         self.assertIn("nowhere", runner.failed[0][1])
         self.assertEqual([f for f in (output / "cells").iterdir() if not f.name.startswith(".")], [])
 
@@ -63,7 +63,7 @@ class Live(unittest.TestCase):
 
     def test_the_order_is_fixed_and_mixes_executors(self) -> None:
         plans = (cells.all_cells(cells.MODES["standard"], seed) for seed in (1, 1, 2))
-        order, again, other = ([c.name for c in plan if c.source == "live"] for plan in plans)
+        order, again, other = ([c["name"] for c in plan if c["source"] == "live"] for plan in plans)
         self.assertEqual(order, again)
         self.assertNotEqual(order, other)
         self.assertEqual(len(order), len(set(order)))
