@@ -39,7 +39,7 @@ OFFLINE_S, LIVE_OVERHEAD_S = 2, 2.8
 Cell = dict[str, Any]  # facts, as in its cell.json
 
 
-def cells_of(source: str, mode: Any, cpus: Sequence[int] = ()) -> Iterator[Cell]:
+def cells_of(source: str, mode: Any, cpus: Sequence[int] = (), build: str = "") -> Iterator[Cell]:
     """The cells of all entries of a source (simulated, live or analysis): one per label, live also one per repetition
     and executor, on the first `cpus`."""
     live = source == "live"
@@ -55,7 +55,7 @@ def cells_of(source: str, mode: Any, cpus: Sequence[int] = ()) -> Iterator[Cell]
             words = [source, study, str(label), *([*of_cell, str(repetition + 1)] if live else [])]
             cell = {
                 "command": [],
-                "build": "",  # of the program that ran it
+                "build": build,  # of the program
                 "complete": True,
                 "name": ".".join(word.replace(":", "_") for word in words if word),  # also of its folder
                 "study": study,
@@ -91,12 +91,12 @@ def seconds_of(cell: Cell) -> float:
     return live_s if cell["source"] == "live" else OFFLINE_S
 
 
-def all_cells(mode: Any, seed: int, cpus: Sequence[int] = ()) -> list[Cell]:
+def all_cells(mode: Any, seed: int, cpus: Sequence[int] = (), build: str = "") -> list[Cell]:
     """The plan: simulated cells, then analyses (bounds, release cost), then live cells in rounds of repetitions in
     random order, so that drift affects all executors alike."""
-    cells, generator = [*cells_of("simulated", mode), *cells_of("analysis", mode)], random.Random(seed)
-    repetition = itemgetter("repetition")
-    for _, of in groupby(sorted(cells_of("live", mode, cpus), key=repetition), repetition):
+    cells = [*cells_of("simulated", mode, (), build), *cells_of("analysis", mode, (), build)]
+    generator, repetition = random.Random(seed), itemgetter("repetition")
+    for _, of in groupby(sorted(cells_of("live", mode, cpus, build), key=repetition), repetition):
         found = list(of)
         generator.shuffle(found)
         cells += found

@@ -117,11 +117,6 @@ class Evidence:
             raise Missing
         return [rows[executor][f"hot_path_{quantile}_ms"] for executor in executors]
 
-    def draws(self, source: str, executor: str) -> list[tuple[float, float]]:
-        """Median and worst latency (ms) of each draw of random phases."""
-        repetitions = self.latencies("phases", source, executor).repetitions
-        return [(s.quantile(0.5), s.worst) for s in (Samples([r], exact=True) for r in repetitions)]
-
     @functools.cached_property
     def by_study(self) -> dict[str, Rows]:
         """Timers by study, with their groups; the study `timers` includes the real stack as a source."""

@@ -16,7 +16,7 @@ from hotpath_report.pages.writer import HEADER, Table, compared, percentile_cell
 from hotpath_report.paper.cells import EXECUTORS, UTILISATIONS
 from hotpath_report.paper.evidence import GROUPS, WITH_COST, Evidence, real_stack
 from hotpath_report.run import SOURCES
-from hotpath_report.statistics import grouped, median, percent_of, total
+from hotpath_report.statistics import Samples, grouped, median, percent_of, total
 
 Parts = Iterator[Drawing | Table]
 SETS = {percent: f"{percent} % set" for percent in UTILISATIONS}
@@ -158,7 +158,8 @@ def overhead(evidence: Evidence) -> Parts:
 def phases(evidence: Evidence) -> Parts:
     rows, draws = [], {}
     for source, executor in product(SOURCES, EXECUTORS["with_phases"]):
-        if found := evidence.draws(source, executor):
+        of_draws = (Samples([r], True) for r in evidence.latencies("phases", source, executor).repetitions)
+        if found := [(samples.quantile(0.5), samples.worst) for samples in of_draws]:
             medians, worst = (sorted(values) for values in zip(*found))
             row = [executor, source, len(found), f"{medians[0]:.1f} to {medians[-1]:.1f}"]
             rows.append(row + [f"{w:.1f}" for w in (worst[0], median(worst), worst[-1])])

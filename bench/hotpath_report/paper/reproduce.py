@@ -71,8 +71,8 @@ def noise_of(run: dict[str, Any], summary: dict[str, Any]) -> dict[str, Any]:
 class Runner:
     """Runs cells in output/cells."""
 
-    def __init__(self, hotpath: Path, build: str, output: Path) -> None:
-        self.hotpath, self.build, self.folder = hotpath, build, output / "cells"
+    def __init__(self, hotpath: Path, output: Path) -> None:
+        self.hotpath, self.folder = hotpath, output / "cells"
         self.built = hotpath.stat().st_mtime_ns
         self.failed: list[tuple[str, str]] = []
         for part in self.folder.glob(".*.part"):  # leftovers of killed or interrupted reproductions
@@ -80,8 +80,7 @@ class Runner:
 
     def complete(self, cell: Cell) -> bool:
         """Whether the cell's folder holds the planned result of this build."""
-        found = facts_of(self.folder / cell["name"] / "cell.json")
-        return (cell | {"build": self.build}).items() <= found.items()
+        return cell.items() <= facts_of(self.folder / cell["name"] / "cell.json").items()
 
     def run(self, cell: Cell) -> None:
         """Runs one cell to completion. Raises RunError, and Interrupted after the end of the program."""
@@ -89,7 +88,8 @@ class Runner:
             kept = "was replaced during the measurement; complete cells are kept"
             again = "The same command measures everything again with the new program"
             raise RunError(f"{self.hotpath} {kept}. {again}")
-        part = self.folder / f".{cell['name']}.{os.getpid()}.part"
+        name = cell["name"]
+        folder, part = self.folder / name, self.folder / f".{name}.{os.getpid()}.part"
         process = subprocess.Popen(
             [*hotpath_command.ENDS_WITH_US, self.hotpath, *cell["command"][1:-1], part],
             stdin=subprocess.DEVNULL,
@@ -106,23 +106,19 @@ class Runner:
             process.send_signal(signal.SIGINT)
             process.communicate()
             raise
-        run, facts = facts_of(part / "run.json"), cell | {"build": self.build}
+        run, facts = facts_of(part / "run.json"), dict(cell)
         if process.returncode != 0 or run.get("complete", True) is not True:
             lines = errors.strip().splitlines() or [f"exit code {process.returncode}"]
-            self.failed.append((cell["name"], lines[-1]))
+            self.failed.append((name, lines[-1]))
             shutil.rmtree(part, ignore_errors=True)
             return
         if cell["source"] == "live":
             facts["noise"] = noise_of(run, facts_of(part / "summary.json"))
+            if folder.exists():  # of another build: keep what took long to measure
+                aside = self.folder.parent / "superseded"
+                aside.mkdir(exist_ok=True)
+                os.replace(folder, aside / f"{name}.{time.time_ns()}")
         write_json(part / "cell.json", facts)
-        self.name(cell, part)
-
-    def name(self, cell: Cell, part: Path) -> None:
-        """Gives a complete result its name. Moves a live result of another build aside, and deletes a simulated one."""
-        folder, aside = self.folder / cell["name"], self.folder.parent / "superseded"
-        if cell["source"] == "live" and folder.exists():
-            aside.mkdir(exist_ok=True)
-            os.replace(folder, aside / f"{cell['name']}.{time.time_ns()}")
         shutil.rmtree(folder, ignore_errors=True)
         name_durably(part, folder)
 
@@ -194,14 +190,14 @@ def reproduce(options: str) -> int:
     for name in items:
         if name not in ITEMS:
             raise InputError(f"--only: unknown item `{name}`; choose from {', '.join(ITEMS)}")
+    program = hotpath_command.program()
     # On most machines the last processors get the fewest interrupts.
-    cells = all_cells(MODES[o["mode"]], SEED, sorted(os.sched_getaffinity(0), reverse=True))
+    cpus = sorted(os.sched_getaffinity(0), reverse=True)
+    cells = all_cells(MODES[o["mode"]], SEED, cpus, build_of(program))
     studies = {study for name in items for study in ITEMS[name].studies}
     wanted = [c for c in cells if c["study"] in studies and (o["live"] or c["source"] != "live")]
-    program = hotpath_command.program()
-    build = build_of(program)
     with open_folder(output, o["mode"], cells):
-        runner = Runner(program, build, output)
+        runner = Runner(program, output)
         try:
             with interruptible():
                 runner.measure(wanted)

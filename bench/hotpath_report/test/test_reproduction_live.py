@@ -23,12 +23,11 @@ class Live(unittest.TestCase):
         return output
 
     def test_a_cell_stores_its_disturbances(self) -> None:
-        output = self.folder()
-        cpu = max(os.sched_getaffinity(0))
+        output, cpu = self.folder(), max(os.sched_getaffinity(0))
         brief = SimpleNamespace(**{**vars(cells.MODES["quick"]), "live_timers": [1, 0.5]})
-        every = cells.cells_of("live", brief, [cpu])
+        every = cells.cells_of("live", brief, [cpu], "a build")
         cell = next(c for c in every if c["study"] == "timers" and c["executors"] == ["rm-ro"])
-        runner = runner_of.Runner(Path(HOTPATH), "a build", output)
+        runner = runner_of.Runner(Path(HOTPATH), output)
         runner.run(cell)
         self.assertEqual(runner.failed, [])
         self.assertTrue(runner.complete(cell))
@@ -36,7 +35,7 @@ class Live(unittest.TestCase):
         measured = {"stolen_percent", "throttled_percent", "others_percent", "marks"}
         self.assertEqual(set(facts["noise"]), measured)
         self.assertIn(str(cpu), facts["command"])
-        self.assertFalse(runner_of.Runner(Path(HOTPATH), "another build", output).complete(cell))
+        self.assertFalse(runner.complete(cell | {"build": "another build"}))
         found = evidence_of.collect(output, [cell])
         self.assertEqual({row["source"] for row in found.timers}, {"live"})
         self.assertEqual({row["repetition"] for row in found.timers}, {cell["repetition"]})
@@ -46,7 +45,7 @@ class Live(unittest.TestCase):
         output = self.folder()
         cell = next(cells.cells_of("simulated", cells.MODES["quick"]))
         cell |= {"name": "broken", "command": ["hotpath", "simulate", "--graph", "nowhere", "--output", ""]}
-        runner = runner_of.Runner(Path(HOTPATH), "a build", output)
+        runner = runner_of.Runner(Path(HOTPATH), output)
         runner.run(cell)
         self.assertEqual([name for name, _ in runner.failed], ["broken"])
         self.assertIn("nowhere", runner.failed[0][1])
