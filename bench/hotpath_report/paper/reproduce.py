@@ -68,75 +68,71 @@ def noise_of(run: dict[str, Any], summary: dict[str, Any]) -> dict[str, Any]:
     return {**shares, "marks": [m for e in summary["executors"] for r in e["disturbed"] for m in r["marks"]]}
 
 
-class Runner:
-    """Runs cells in output/cells."""
+def complete(output: Path, cell: Cell) -> bool:
+    """Whether the cell's folder holds the planned result of its build."""
+    return cell.items() <= facts_of(output / "cells" / cell["name"] / "cell.json").items()
 
-    def __init__(self, hotpath: Path, output: Path) -> None:
-        self.hotpath, self.folder = hotpath, output / "cells"
-        self.built = hotpath.stat().st_mtime_ns
-        self.failed: list[tuple[str, str]] = []
-        for part in self.folder.glob(".*.part"):  # leftovers of killed or interrupted reproductions
-            shutil.rmtree(part, ignore_errors=True)
 
-    def complete(self, cell: Cell) -> bool:
-        """Whether the cell's folder holds the planned result of this build."""
-        return cell.items() <= facts_of(self.folder / cell["name"] / "cell.json").items()
+def run(program: Path, output: Path, cell: Cell) -> str:
+    """Runs one cell to completion; returns what went wrong, or nothing. Raises Interrupted after the end of the
+    program."""
+    name, folder = cell["name"], output / "cells" / cell["name"]
+    part = folder.with_name(f".{name}.{os.getpid()}.part")
+    process = subprocess.Popen(
+        [*hotpath_command.ENDS_WITH_US, program, *cell["command"][1:-1], part],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+        env={**os.environ, "HOTPATH_FIGURES": "none"},
+        start_new_session=True,  # this process forwards Ctrl-C once
+    )
+    try:
+        _, errors = process.communicate()
+    except Interrupted:
+        process.send_signal(signal.SIGINT)
+        process.communicate()
+        raise
+    found, facts = facts_of(part / "run.json"), dict(cell)
+    if process.returncode != 0 or found.get("complete", True) is not True:
+        shutil.rmtree(part, ignore_errors=True)
+        return (errors.strip().splitlines() or [f"exit code {process.returncode}"])[-1]
+    if cell["source"] == "live":
+        facts["noise"] = noise_of(found, facts_of(part / "summary.json"))
+        if folder.exists():  # of another build: keep what took long to measure
+            aside = output / "superseded"
+            aside.mkdir(exist_ok=True)
+            os.replace(folder, aside / f"{name}.{time.time_ns()}")
+    write_json(part / "cell.json", facts)
+    shutil.rmtree(folder, ignore_errors=True)
+    name_durably(part, folder)
+    return ""
 
-    def run(self, cell: Cell) -> None:
-        """Runs one cell to completion. Raises RunError, and Interrupted after the end of the program."""
-        if self.hotpath.stat().st_mtime_ns != self.built:
-            kept = "was replaced during the measurement; complete cells are kept"
-            again = "The same command measures everything again with the new program"
-            raise RunError(f"{self.hotpath} {kept}. {again}")
-        name = cell["name"]
-        folder, part = self.folder / name, self.folder / f".{name}.{os.getpid()}.part"
-        process = subprocess.Popen(
-            [*hotpath_command.ENDS_WITH_US, self.hotpath, *cell["command"][1:-1], part],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-            errors="replace",
-            env={**os.environ, "HOTPATH_FIGURES": "none"},
-            start_new_session=True,  # this process forwards Ctrl-C once
-        )
-        try:
-            _, errors = process.communicate()
-        except Interrupted:
-            process.send_signal(signal.SIGINT)
-            process.communicate()
-            raise
-        run, facts = facts_of(part / "run.json"), dict(cell)
-        if process.returncode != 0 or run.get("complete", True) is not True:
-            lines = errors.strip().splitlines() or [f"exit code {process.returncode}"]
-            self.failed.append((name, lines[-1]))
-            shutil.rmtree(part, ignore_errors=True)
-            return
-        if cell["source"] == "live":
-            facts["noise"] = noise_of(run, facts_of(part / "summary.json"))
-            if folder.exists():  # of another build: keep what took long to measure
-                aside = self.folder.parent / "superseded"
-                aside.mkdir(exist_ok=True)
-                os.replace(folder, aside / f"{name}.{time.time_ns()}")
-        write_json(part / "cell.json", facts)
-        shutil.rmtree(folder, ignore_errors=True)
-        name_durably(part, folder)
 
-    def measure(self, wanted: list[Cell]) -> None:
-        """Runs the missing cells. Raises Interrupted."""
-        import tqdm
+def measure(program: Path, output: Path, wanted: list[Cell]) -> bool:
+    """Runs the missing cells; returns whether all succeeded. Raises RunError, Interrupted."""
+    import tqdm
 
-        todo = [c for c in wanted if not self.complete(c)]
-        if len(todo) < len(wanted):
-            tell(f"{len(wanted) - len(todo)} of {len(wanted)} cells are complete; continuing with the rest")
-        total, hidden = sum(map(seconds_of, todo)), not sys.stderr.isatty()
-        with tqdm.tqdm(total=total, bar_format=BAR, leave=False, disable=hidden) as bar:
-            for cell in todo:
-                bar.set_postfix_str(cell["name"])
-                self.run(cell)
-                bar.update(seconds_of(cell))
-        for name, sentence in self.failed:
-            tell(f"{name} failed: {sentence}")
+    for part in output.glob("cells/.*.part"):  # leftovers of killed or interrupted reproductions
+        shutil.rmtree(part, ignore_errors=True)
+    todo, built = [c for c in wanted if not complete(output, c)], program.stat().st_mtime_ns
+    if len(todo) < len(wanted):
+        tell(f"{len(wanted) - len(todo)} of {len(wanted)} cells are complete; continuing with the rest")
+    total, hidden, failures = sum(map(seconds_of, todo)), not sys.stderr.isatty(), []
+    with tqdm.tqdm(total=total, bar_format=BAR, leave=False, disable=hidden) as bar:
+        for cell in todo:
+            if program.stat().st_mtime_ns != built:
+                kept = "was replaced during the measurement; complete cells are kept"
+                again = "The same command measures everything again with the new program"
+                raise RunError(f"{program} {kept}. {again}")
+            bar.set_postfix_str(cell["name"])
+            if failure := run(program, output, cell):
+                failures.append(f"{cell['name']} failed: {failure}")
+            bar.update(seconds_of(cell))
+    for failure in failures:
+        tell(failure)
+    return not failures
 
 
 def open_folder(folder: Path, mode: str, cells: list[Cell]) -> TextIO:
@@ -163,15 +159,14 @@ def open_folder(folder: Path, mode: str, cells: list[Cell]) -> TextIO:
     return file
 
 
-def present(output: Path, mode: str, items: list[str], cells: list[Cell], complete: list[Cell]) -> None:
-    """Writes the results of the complete cells, and prints a line per claim."""
+def present(output: Path, mode: str, items: list[str], planned: int, cells: list[Cell]) -> None:
+    """Writes the results of the complete `cells`, and prints a line per claim. `planned`: live cells of the plan."""
     from hotpath_report.paper import evidence, results  # takes a second; not needed for errors
 
     # With --only, keep showing other complete items.
-    found = {c["study"] for c in complete}
+    found = {c["study"] for c in cells}
     shown = [name for name, item in ITEMS.items() if name in items or set(item.studies) <= found]
-    collected = evidence.collect(output, complete, mode)
-    planned = sum(c["source"] == "live" for c in cells)
+    collected = evidence.collect(output, cells, mode)
     verdicts = results.write_results(collected, shown, output, planned)
     for v in verdicts:
         texts = ["", *(f.text for source, f in v.findings.items() if source != evidence.REAL)]
@@ -196,15 +191,15 @@ def reproduce(options: str) -> int:
     cells = all_cells(MODES[o["mode"]], SEED, cpus, build_of(program))
     studies = {study for name in items for study in ITEMS[name].studies}
     wanted = [c for c in cells if c["study"] in studies and (o["live"] or c["source"] != "live")]
+    planned = sum(c["source"] == "live" for c in cells)
     with open_folder(output, o["mode"], cells):
-        runner = Runner(program, output)
         try:
             with interruptible():
-                runner.measure(wanted)
-                present(output, o["mode"], items, cells, list(filter(runner.complete, cells)))
+                succeeded = measure(program, output, wanted)
+                present(output, o["mode"], items, planned, [c for c in cells if complete(output, c)])
         except Interrupted as signalled:
-            done = f"Interrupted; {sum(map(runner.complete, cells))} cells are complete"
+            done = f"Interrupted; {sum(complete(output, c) for c in cells)} cells are complete"
             tell(f"{done}. The same command resumes; without --live it shows the results so far.")
             return signalled.exit_code
     tell(duration_text(time.monotonic() - began))
-    return EXIT_FAILED if runner.failed else 0
+    return 0 if succeeded else EXIT_FAILED

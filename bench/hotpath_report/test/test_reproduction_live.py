@@ -9,9 +9,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from hotpath_report.paper import cells
+from hotpath_report.paper import cells, reproduce
 from hotpath_report.paper import evidence as evidence_of
-from hotpath_report.paper import reproduce as runner_of
 
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
 
@@ -27,15 +26,13 @@ class Live(unittest.TestCase):
         brief = SimpleNamespace(**{**vars(cells.MODES["quick"]), "live_timers": [1, 0.5]})
         every = cells.cells_of("live", brief, [cpu], "a build")
         cell = next(c for c in every if c["study"] == "timers" and c["executors"] == ["rm-ro"])
-        runner = runner_of.Runner(Path(HOTPATH), output)
-        runner.run(cell)
-        self.assertEqual(runner.failed, [])
-        self.assertTrue(runner.complete(cell))
+        self.assertEqual(reproduce.run(Path(HOTPATH), output, cell), "")
+        self.assertTrue(reproduce.complete(output, cell))
         facts = json.loads((output / "cells" / cell["name"] / "cell.json").read_text())
         measured = {"stolen_percent", "throttled_percent", "others_percent", "marks"}
         self.assertEqual(set(facts["noise"]), measured)
         self.assertIn(str(cpu), facts["command"])
-        self.assertFalse(runner.complete(cell | {"build": "another build"}))
+        self.assertFalse(reproduce.complete(output, cell | {"build": "another build"}))
         found = evidence_of.collect(output, [cell])
         self.assertEqual({row["source"] for row in found.timers}, {"live"})
         self.assertEqual({row["repetition"] for row in found.timers}, {cell["repetition"]})
@@ -45,10 +42,7 @@ class Live(unittest.TestCase):
         output = self.folder()
         cell = next(cells.cells_of("simulated", cells.MODES["quick"]))
         cell |= {"name": "broken", "command": ["hotpath", "simulate", "--graph", "nowhere", "--output", ""]}
-        runner = runner_of.Runner(Path(HOTPATH), output)
-        runner.run(cell)
-        self.assertEqual([name for name, _ in runner.failed], ["broken"])
-        self.assertIn("nowhere", runner.failed[0][1])
+        self.assertIn("nowhere", reproduce.run(Path(HOTPATH), output, cell))
         self.assertEqual([f for f in (output / "cells").iterdir() if not f.name.startswith(".")], [])
 
     def test_noise_is_what_the_kernel_counted(self) -> None:
@@ -56,7 +50,7 @@ class Live(unittest.TestCase):
         marks = ["0.6 % of the time stolen by the hypervisor"]
         summary = {"executors": [{"disturbed": [{"repetition": 0, "marks": marks}]}]}
         self.assertEqual(
-            runner_of.noise_of({"runs": [{"usage": usage}]}, summary),
+            reproduce.noise_of({"runs": [{"usage": usage}]}, summary),
             {"stolen_percent": 0.6, "throttled_percent": 0, "others_percent": 2.5, "marks": marks},
         )
 
