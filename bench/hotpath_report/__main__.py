@@ -25,7 +25,7 @@ COMMANDS = {
     "sweep": "pages.sweep_page:write",
     "advice": "pages.advice_page:write",
     "bench": "bench_suite:bench",
-    "bench-report": "bench_report:write",
+    "bench-report": "bench_suite:write",
     "comparison": "pages.run_report:write_comparison",
     "reproduce": "paper.reproduce:reproduce",
     "reproduction-items": "paper.reproduce:list_items",

@@ -72,24 +72,20 @@ class Verdict:
     findings: dict[str, Finding] = field(default_factory=dict)
 
     @property
-    def decided(self) -> dict[str, str]:
-        """Verdicts of sources with enough data."""
-        found = {source: f.verdict for source, f in self.findings.items() if source != REAL}
-        return {source: verdict for source, verdict in found.items() if verdict != NO_DATA}
-
-    @property
     def verdict(self) -> str:
-        """The common verdict of the sources; partly if they differ."""
-        found = set(self.decided.values())
+        """The common verdict of the sources with enough data; partly if they differ."""
+        found = {f.verdict for source, f in self.findings.items() if source != REAL} - {NO_DATA}
         return NO_DATA if not found else found.pop() if len(found) == 1 else PARTLY
 
     @property
     def why(self) -> str:
-        """The reasons of the verdicts, after the differing verdicts if sources differ."""
-        names = [f"{self.claim.name} {verdict}" for verdict in dict.fromkeys(self.decided.values())]
+        """The reasons of the sources' verdicts, after these verdicts if they differ."""
+        found = {source: f.verdict for source, f in self.findings.items() if source != REAL}
+        decided = {source: verdict for source, verdict in found.items() if verdict != NO_DATA}
+        names = [f"{self.claim.name} {verdict}" for verdict in dict.fromkeys(decided.values())]
         reasons = [why for n in names for of, why in SPEC["reasons"].items() if re.fullmatch(of, n)]
         if len(names) > 1:
-            reasons.insert(0, "; ".join(f"{s}: {v}" for s, v in self.decided.items()).capitalize() + ".")
+            reasons.insert(0, "; ".join(f"{s}: {v}" for s, v in decided.items()).capitalize() + ".")
         return " ".join(reasons)
 
     @property

@@ -153,9 +153,9 @@ class Evidence:
 
     def table(self, name: str) -> Rows:
         """A table of the analysis. Raises Missing if it does not exist."""
-        if name not in self.tables:
-            raise Missing
-        return self.tables[name]
+        rows = self.tables.get(name, [])
+        need(rows)
+        return rows
 
     def names_of_cells(self, studies: Iterable[str], source: str, executor: str, setting: Any = None) -> str:
         """Names of the cells behind a number; several repetitions as `NAME.{1,2,3}`."""

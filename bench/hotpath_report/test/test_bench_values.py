@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
-from hotpath_report.bench_report import FILE, Bench
-from hotpath_report.bench_suite import run_hot_path, run_program
+from hotpath_report.bench_suite import FILE, Bench, run_hot_path, run_program
 
 COMPARE = Path("/usr/share/benchmark/compare.py")  # of libbenchmark-tools
 OPTIONS = {"quick": True, "time_out_s": 1}
