@@ -10,7 +10,7 @@ from dataclasses import replace
 from operator import itemgetter
 
 from hotpath_report.errors import Missing, need
-from hotpath_report.figures.bounds import PAPER
+from hotpath_report.figures.evaluation import PAPER
 from hotpath_report.files import NS_PER_MS, Rows
 from hotpath_report.paper.cells import EXECUTORS, ITEMS, UTILISATIONS
 from hotpath_report.paper.claims import CLAIMS, COMPUTED, LIMITS, NO_DATA, TOO_FEW, Finding, Verdict, claim

@@ -9,7 +9,7 @@ from itertools import product
 
 from hotpath_report import style
 from hotpath_report.errors import Missing, need
-from hotpath_report.figures import bounds, timers, violins
+from hotpath_report.figures import evaluation, violins
 from hotpath_report.figures import hot_path as violins_of_chains
 from hotpath_report.figures.violins import Drawing, Row
 from hotpath_report.pages.writer import HEADER, Table, compared, percentile_cells
@@ -64,12 +64,13 @@ def dropped_jobs(evidence: Evidence) -> Parts:
         reached, dropped = total(of, "reached", "skipped")
         sums = {"reached": reached, "dropped": dropped, "dropped_percent": percent_of(dropped, reached)}
         table.append(dict(zip(keys, key)) | sums)
-    yield Drawing(timers.drops(evidence, SETS), table)
+    yield Drawing(evaluation.drops(evidence, SETS), table)
     for executor, source, percent in product(EXECUTORS["timers"], SOURCES, UTILISATIONS):
-        if counts := evidence.counts(percent, source, executor):
-            shares = (timers.drop_percent(evidence, percent, source, executor, g) for g in (None, *GROUPS))
-            numbers = [*total(counts, "reached", "skipped"), *(f"{share:.2f}" for share in shares)]
-            rows.append([executor, source, f"{percent} %", *numbers])
+        key = (percent, source, executor)
+        if counts := evidence.counts(*key):
+            shares = [f"{evaluation.drop_percent(evidence, *key, group):.2f}" for group in (None, *GROUPS)]
+            numbers = total(counts, "reached", "skipped")
+            rows.append([executor, source, f"{percent} %", *numbers, *shares])
     header = ["executor", "source", "set", "timestamps", "dropped", "all %"]
     header += [f"{name} %" for name in GROUPS.values()]
     yield Table("Drop rates by group of timers", header, rows, folded=True)
@@ -84,7 +85,7 @@ def responses(evidence: Evidence, group: str) -> Parts:
     }
     table = violins.percentile_table((dict(zip(keys, key)), samples) for key, samples in found.items())
     # Bounds: the exact analysis with the paper's release cost; under RM alone, as in the paper.
-    yield Drawing(timers.responses(evidence, group, SETS), table)
+    yield Drawing(evaluation.responses(evidence, group, SETS), table)
     rows = []
     for executor, percent, source in product(EXECUTORS["timers"], UTILISATIONS, SOURCES):
         if samples := evidence.response_times(percent, source, executor, group):
@@ -110,7 +111,7 @@ def tightness(evidence: Evidence) -> Drawing:
         worst, bound_ms = max(row["response_max_ms"] for row in of), bound[key[1], key[3]][0]["bound_ms"]
         found = {"response_max_ms": worst, "bound_ms": bound_ms, "share_percent": 100 * worst / bound_ms}
         table.append(dict(zip(keys, key)) | found)
-    return Drawing(bounds.tightness(table), table)
+    return Drawing(evaluation.tightness(table), table)
 
 
 def wcrt_table(evidence: Evidence) -> Parts:
@@ -131,25 +132,22 @@ def wcrt_table(evidence: Evidence) -> Parts:
 
 def end_to_end(evidence: Evidence) -> Parts:
     histogram, summary = (evidence.table(f"waters_{name}.csv") for name in ("histogram", "summary"))
-    yield Drawing(bounds.reductions(histogram, summary), histogram)
+    yield Drawing(evaluation.reductions(histogram, summary), histogram)
     rows = []
-    for r in (r for r in summary if r["method"] in bounds.METHODS):
+    for r in (r for r in summary if r["method"] in evaluation.METHODS):
         least, largest, lower = (f"{value:.1f}" for value in (r["min"], r["max"], 100 * r["positive_share"]))
         middle = f"{r['median']:.1f} [{r['median_low']:.1f}, {r['median_high']:.1f}]"
-        sets = [
-            f"{100 * r['utilisation']:.0f} %",
-            bounds.METHODS[r["method"]],
-            f"{r['schedulable']} / {r['sets']}",
-        ]
-        rows.append([*sets, r["chains"], middle, least, largest, lower])
+        percent, sets = f"{100 * r['utilisation']:.0f} %", f"{r['schedulable']} / {r['sets']}"
+        method = evaluation.METHODS[r["method"]]
+        rows.append([percent, method, sets, r["chains"], middle, least, largest, lower])
     header = ["utilisation", "analysis of RM", "schedulable sets", "chains", "median %", "min %", "max %"]
     yield Table("Reduction of end-to-end bounds", [*header, "lower, % of chains"], rows)
 
 
 def overhead(evidence: Evidence) -> Parts:
     table = evidence.table("release_cost.csv")
-    yield Drawing(bounds.release_cost(table, style.colour_of(EXECUTORS["with_bounds"][0])), table)
-    delta, constant = bounds.fit_release_cost(table)
+    yield Drawing(evaluation.release_cost(table, style.colour_of(EXECUTORS["with_bounds"][0])), table)
+    delta, constant = evaluation.fit_release_cost(table)
     rows = [[row[column] for column in ("timers", "passes", "p50_ns", "p99_ns", "max_ns")] for row in table]
     title = f"Length of a pass: k = {constant:.0f} ns, δ = {delta:.0f} ns fit the medians"
     yield Table(title, ["timers", "passes", "median ns", "p99 ns", "max ns"], rows)
