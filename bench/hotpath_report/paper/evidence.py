@@ -36,13 +36,13 @@ CELLS_FILE = "cells.json"
 
 
 def group_of(task: str) -> str:
-    """The group of a timer."""
-    return next(group for group in GROUPS if group in task.lower())
+    """The group of a timer; empty if it has none."""
+    return next((group for group in GROUPS if group in task.lower()), "")
 
 
 @functools.cache
 def real_stack() -> tuple[Rows, dict[str, dict[str, Any]]]:
-    """Timers as in timers.csv, and hot path (ms) by executor; empty if not measured."""
+    """Of the real ROS 2 stack: timers as in timers.csv, and hot path (ms) by executor; empty if not measured."""
     folders = (PACKAGE.parents[1] / package / "ros2_reference" for package in PACKAGES)
     if not (folder := next(filter(Path.is_dir, folders), None)):
         return [], {}
@@ -95,7 +95,7 @@ class Evidence:
             (*key, ""): [row["hot_path_ms"] for row in rows]
             for key, rows in grouped(self.hot_path, *HOT_PATH_KEYS[:-1]).items()
         }
-        responses = (row | {"group": group_of(row["task"])} for row in self.responses)
+        responses = (row | {"group": of} for row in self.responses if (of := group_of(row["task"])))
         for key, rows in grouped(responses, *TIMER_KEYS[:-2], "group").items():
             repetitions[key] = [merged(of) for _, of in sorted(grouped(rows, "repetition").items())]
         return {key: Samples(of, exact=key[1] == "simulated") for key, of in repetitions.items()}
