@@ -44,7 +44,7 @@ class Sender {
         memories_(memories),
         writers_(writers),
         tail_(memories),
-        join_(*plan.graph, plan.tasks),
+        join_(index_chains(*plan.graph, plan.tasks), plan.tasks.set.size()),
         info_(run_info(plan, telemetry::unix_ns(epoch - now()))),
         statistics_(*plan.graph, plan.tasks, info_, epoch, plan.publishing->warm_up),
         counted_from_(epoch + plan.publishing->warm_up),

@@ -19,7 +19,7 @@ class RunTotals final : public JobSink {
  public:
   explicit RunTotals(const Plan& plan)
       : counted_from_(Time{} + plan.warm_up),
-        chains_(plan.graph, plan.tasks),
+        chains_(index_chains(plan.graph, plan.tasks), plan.tasks.set.size()),
         measures_(plan.tasks.set, counted_from_, counted_from_ + plan.duration, false),
         counts_(plan.tasks.set.size()) {}
 

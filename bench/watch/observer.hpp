@@ -40,6 +40,7 @@ class ChainCheck {
         judge_(judge),
         jobs_(contract_.callbacks.size()),
         observed_(contract_.chains.size()),
+        join_(chains_of_tasks(), static_cast<TaskId>(jobs_.size()), kRemembered),
         follower_(rules(names), [this](const ChainObservation& o) { pending_.push_back(o); }) {}
   ChainCheck(const ChainCheck&) = delete;
   ChainCheck& operator=(const ChainCheck&) = delete;
@@ -48,24 +49,22 @@ class ChainCheck {
   /// `entry`: the job's callback in the contract; `publisher`: that of its sample, kNone: unknown.
   void started(std::uint32_t entry, const tracing::Job& job, std::uint32_t publisher,
                std::optional<Time> timestamp) {
-    const std::uint64_t number = jobs_[entry]++;
-    if (const auto source = source_jobs_.find(entry); source != source_jobs_.end()) {
-      source->second.push_back(timestamp);
-      if (source->second.size() > kRemembered) source->second.pop_front();
-    }
+    const JobRef ref{entry, jobs_[entry]++};
+    if (timestamp) join_.add_start({.job = {ref.task, ref.sequence, *timestamp}});
     std::optional<imports::ChainFollower::Taken> taken;
     if (publisher != tracing::kNone && taken_[entry] != tracing::kNone)
       taken = {job.sample.parent, publisher, taken_[entry]};
-    follower_.start(job.ref, {entry, number}, job.start, taken);
+    follower_.start(job.ref, ref, job.start, taken);
   }
   /// `topic`: its number among the stated ones.
   void published(const tracing::Job& job, std::uint32_t topic) { follower_.publish(job.ref, topic); }
   /// `judged`: whether the outputs of the job are compared with the contract.
   void ended(const tracing::Job& job, bool judged) {
     const std::optional<JobRef> ref = follower_.end(job.ref, job.ended);
+    if (ref && job.ended) join_.add_end({.job = {ref->task, ref->sequence}, .finish = job.finish});
     std::erase_if(pending_, [&](const ChainObservation& output) {
       const bool of_job = ref && output.sink == *ref;
-      if (of_job && job.ended) end(output, job, judged);
+      if (of_job && job.ended) end(output, judged);
       return of_job;
     });
   }
@@ -74,19 +73,19 @@ class ChainCheck {
   [[nodiscard]] const std::vector<ObservedChain>& chains() const { return observed_; }
 
  private:
-  /// Jobs of a source that data may still come from.
+  /// Jobs of a task that data may still come from.
   static constexpr std::size_t kRemembered = 4096;
 
+  [[nodiscard]] std::vector<ChainIndex> chains_of_tasks() const {
+    std::vector<ChainIndex> chains;
+    for (const Group& chain : contract_.chains) chains.push_back({{}, chain.callbacks, 0, chain.sinks});
+    return chains;
+  }
   imports::ChainFollower::Rules rules(const StatedNames& names) {
     using imports::ChainFollower;
-    ChainFollower::Rules rules{.held = held_inputs(names),
+    ChainFollower::Rules rules{.chains = chains_of_tasks(),
+                               .held = held_inputs(names),
                                .unread = std::vector<std::size_t>(names.topics().size())};
-    for (const Group& chain : contract_.chains) {
-      ChainIndex& index = rules.chains.emplace_back();
-      index.sources.assign(chain.callbacks.begin(), chain.callbacks.end());
-      index.sink_tasks.assign(chain.sinks.begin(), chain.sinks.end());
-      for (const std::uint32_t source : chain.callbacks) source_jobs_[source];
-    }
     std::vector<std::vector<TaskId>> next(contract_.callbacks.size());
     for (TaskId c = 0; c < next.size(); ++c) {
       const CallbackContract& callback = contract_.callbacks[c];
@@ -127,42 +126,27 @@ class ChainCheck {
     }
     return rules;
   }
-  void end(const ChainObservation& output, const tracing::Job& sink, bool judged) {
+  void end(const ChainObservation& output, bool judged) {
+    const ChainRecord joined = join_.join(output);
     ObservedChain& observed = observed_[output.chain];
     Subject& chain = judge_.all(Kind::chain)[output.chain];
-    const Duration hot_path = output.sink_start - output.latest_source_start;
-    observed.hot_path.add(hot_path);
+    observed.hot_path.add(joined.hot_path_latency);
     chain.seen = chain.seen || judged;
-    if (judged) chain.compare(Clause::hot_path, hot_path.count(), output.sink_start);
-    const std::optional<Time> oldest = oldest_source(output);
-    if (!oldest) return;
-    const Duration age = sink.finish - *oldest;
-    observed.age.add(age);
+    if (judged) chain.compare(Clause::hot_path, joined.hot_path_latency.count(), output.sink_start);
+    const std::optional<Duration> age = joined.latency(Latency::age);
+    if (!age) return;
+    observed.age.add(*age);
     for (const Clause clause : {Clause::age, Clause::requirement})
-      if (judged) chain.compare(clause, age.count(), sink.finish);
-  }
-  /// The timestamp of its job; std::nullopt: unknown.
-  [[nodiscard]] std::optional<Time> oldest_source(const ChainObservation& output) const {
-    std::optional<Time> oldest;
-    const std::vector<std::uint32_t>& sources = contract_.chains[output.chain].callbacks;
-    for (std::size_t s = 0; s < sources.size(); ++s) {
-      if (((output.sources_seen >> s) & 1U) == 0) continue;
-      const std::deque<std::optional<Time>>& latest = source_jobs_.at(sources[s]);
-      const std::uint64_t before = jobs_[sources[s]] - output.source_sequence[s];  // 1: the latest job
-      if (before < 1 || before > latest.size() || !latest[latest.size() - before]) return std::nullopt;
-      oldest = std::min(oldest.value_or(Time::max()), *latest[latest.size() - before]);
-    }
-    return oldest;
+      if (judged) chain.compare(clause, age->count(), joined.finish);
   }
 
   const Contract& contract_;
   Judge& judge_;
-  std::vector<std::uint32_t> taken_;  // by entry: the stated topic that it takes; kNone: none
-  std::vector<std::uint64_t> jobs_;   // by entry: number of the next job
-  /// By entry: timestamps of the latest jobs of a source.
-  std::map<std::uint32_t, std::deque<std::optional<Time>>> source_jobs_;
+  std::vector<std::uint32_t> taken_;       // by entry: the stated topic that it takes; kNone: none
+  std::vector<std::uint64_t> jobs_;        // by entry: number of the next job
   std::vector<ChainObservation> pending_;  // of jobs that have not ended
   std::vector<ObservedChain> observed_;
+  ChainJoin join_;
   imports::ChainFollower follower_;
 };
 

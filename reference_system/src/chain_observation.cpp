@@ -2,6 +2,7 @@
 #include "hotpath/reference_system/chain_observation.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace hotpath {
 
@@ -137,12 +138,13 @@ std::vector<ChainIndex> index_chains(const Graph& graph, const GraphTasks& tasks
   return chains;
 }
 
-ChainJoin::ChainJoin(const Graph& graph, const GraphTasks& tasks)
-    : chains_(index_chains(graph, tasks)),
-      is_source_(tasks.set.size(), false),
-      is_sink_(tasks.set.size(), false),
-      source_jobs_(tasks.set.size()),
-      sink_jobs_(tasks.set.size()) {
+ChainJoin::ChainJoin(std::vector<ChainIndex> chains, TaskId tasks, std::size_t most)
+    : chains_(std::move(chains)),
+      most_(most),
+      is_source_(tasks, false),
+      is_sink_(tasks, false),
+      source_jobs_(tasks),
+      sink_jobs_(tasks) {
   for (const ChainIndex& c : chains_) {
     for (const TaskId id : c.sink_tasks) is_sink_[id] = true;
     for (const TaskId id : c.sources) is_source_[id] = true;
@@ -193,11 +195,8 @@ std::optional<Time> ChainJoin::sink_timestamp(JobRef job) const {
 
 std::vector<ChainRecord> join_chains(const Graph& graph, const GraphTasks& tasks, const Trace& trace,
                                      const std::vector<ChainObservation>& observations) {
-  std::vector<const JobRecord*> jobs;
-  for (const JobRecord& r : trace.jobs) jobs.push_back(&r);
-  std::ranges::stable_sort(jobs, {}, &JobRecord::start);
-  ChainJoin chains(graph, tasks);
-  for (const JobRecord* r : jobs) chains.add(*r);
+  ChainJoin chains(index_chains(graph, tasks), tasks.set.size());
+  for (const JobRecord& r : trace.jobs) chains.add(r);
   std::vector<ChainRecord> records;
   records.reserve(observations.size());
   for (const ChainObservation& o : observations) records.push_back(chains.join(o));

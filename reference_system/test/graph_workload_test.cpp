@@ -81,7 +81,7 @@ TEST(ChainJoin, KnowsNoEndToEndLatencyWithoutTheRecordsOfBothEnds) {
   const Graph g = fusion_graph();
   const GraphTasks tasks = make_tasks(g);
   const TaskId p = 0, q = 1, sink = 3;
-  ChainJoin join(g, tasks);
+  ChainJoin join(index_chains(g, tasks), tasks.set.size());
   ChainObservation o;
   o.sink.task = sink;
   o.sources_seen = 3;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <deque>
+#include <iterator>
 #include <optional>
 #include <span>
 #include <utility>
@@ -47,24 +49,13 @@ struct ChainIndex {
   std::uint32_t sink = 0;                  ///< Index into the graph's nodes.
   std::vector<TaskId> sink_tasks;          ///< Tasks of which any ends the chain.
 
-  [[nodiscard]] bool ends_in(TaskId id) const {
-    return std::find(sink_tasks.begin(), sink_tasks.end(), id) != sink_tasks.end();
-  }
+  [[nodiscard]] bool ends_in(TaskId id) const { return std::ranges::count(sink_tasks, id) > 0; }
 };
 /// The chains of a valid graph, in its order.
 std::vector<ChainIndex> index_chains(const Graph& graph, const GraphTasks& tasks);
 
 /// The tasks of the node with this name, or the task with this name; empty if neither exists.
 std::vector<TaskId> tasks_named(const Graph& graph, const GraphTasks& tasks, const std::string& name);
-
-/// Whether the sink's job published the message.
-template <class History>
-bool is_own(const History& history, const typename History::Message& message, const ChainObservation& out) {
-  bool own = false;
-  history.find(message, std::span(&out.sink.task, 1),
-               [&](const Stat& stat) { own = stat.start == out.sink_start; });
-  return own;
-}
 
 /// Extracts a chain's latency from `message`, which the sink's job `out.sink`, started at
 /// `out.sink_start`, processed or produced. False if the message contains none of the chain's
@@ -73,10 +64,16 @@ template <class History>
 bool observe_chain(const History& history, const typename History::Message& message, const ChainIndex& chain,
                    ChainObservation& out) {
   out.names_jobs = History::kNamesJobs;
+  // The message may be the job's own, or another one that it took.
+  const auto is_own = [&] {
+    bool own = false;
+    history.find(message, std::span(&out.sink.task, 1),
+                 [&](const Stat& s) { own = s.start == out.sink_start; });
+    return own;
+  };
   for (std::size_t i = 0; i < chain.sources.size(); ++i) {
     const TaskId entry = history.entry(out.chain, i, chain.sources[i]);
-    // The message may be the job's own, or another one that it took.
-    if (!history.goes_on(message, entry, out.sink.task) && !is_own(history, message, out)) continue;
+    if (!history.goes_on(message, entry, out.sink.task) && !is_own()) continue;
     history.find(message, std::span(&entry, 1), [&](const Stat& stat) {
       out.latest_source_start =
           out.sources_seen == 0 ? stat.start : std::max(out.latest_source_start, stat.start);
@@ -112,10 +109,10 @@ void observe_chains(const History& history, const typename History::Message& mes
 /// Joins the sinks' observations with the records of the jobs at both ends of their chains.
 class ChainJoin {
  public:
-  ChainJoin(const Graph& graph, const GraphTasks& tasks);
+  /// `most`: jobs of a task that are kept, the latest ones.
+  ChainJoin(std::vector<ChainIndex> chains, TaskId tasks, std::size_t most = ~std::size_t{0});
 
-  /// Adds a job, `ran`, or `running` at the end of the run. Jobs of one timer must be added in the
-  /// order of their starts.
+  /// Adds a job, `ran`, or `running` at the end of the run.
   void add(const JobRecord& record) {
     if (!record.started()) return;
     add_start(record);
@@ -123,13 +120,10 @@ class ChainJoin {
   }
   /// Adds a job at its start, whose outcome is unknown, and at its end.
   void add_start(const JobRecord& r) {
-    if (is_source_[r.job.task]) source_jobs_[r.job.task].push_back({r.job.sequence, r.job.timestamp, kNever});
+    if (is_source_[r.job.task]) keep(source_jobs_[r.job.task], r);
   }
   void add_end(const JobRecord& r) {
-    if (!is_sink_[r.job.task] || r.outcome != Outcome::ran) return;
-    Jobs& jobs = sink_jobs_[r.job.task];
-    const auto behind = std::ranges::upper_bound(jobs, r.job.sequence, {}, &EndJob::sequence);
-    jobs.insert(behind, {r.job.sequence, r.job.timestamp, r.finish});
+    if (is_sink_[r.job.task] && r.outcome == Outcome::ran) keep(sink_jobs_[r.job.task], r);
   }
 
   /// Joins one observation. If it counts publications, a source's n-th publication belongs to the
@@ -145,11 +139,18 @@ class ChainJoin {
     std::uint64_t sequence = 0;
     Time timestamp{}, finish = kNever;
   };
-  using Jobs = std::vector<EndJob>;  // by sequence
+  using Jobs = std::deque<EndJob>;  // by sequence
+  void keep(Jobs& jobs, const JobRecord& r) {
+    auto behind = jobs.end();
+    while (behind != jobs.begin() && std::prev(behind)->sequence > r.job.sequence) --behind;
+    jobs.insert(behind, {r.job.sequence, r.job.timestamp, r.finish});
+    if (jobs.size() > most_) jobs.pop_front();
+  }
   /// nullptr: it has not been added.
   static const EndJob* find(const Jobs& jobs, std::uint64_t sequence);
 
   const std::vector<ChainIndex> chains_;
+  const std::size_t most_;
   std::vector<bool> is_source_, is_sink_;      // by task
   std::vector<Jobs> source_jobs_, sink_jobs_;  // by task
 };
