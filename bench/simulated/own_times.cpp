@@ -18,38 +18,20 @@
 namespace hotpath::simulated {
 
 Trace with_own_times(Trace trace, unsigned cores, std::optional<Worker> raised) {
-  struct Change {
-    Time at;
-    bool begins;
-    std::size_t job;
-  };
-  std::vector<Change> changes;
-  for (std::size_t i = 0; i < trace.jobs.size(); ++i) {
-    const JobRecord& r = trace.jobs[i];
-    if (r.outcome != Outcome::ran || r.finish <= r.start) continue;
-    changes.push_back({r.start, true, i});
-    changes.push_back({r.finish, false, i});
-  }
-  std::ranges::sort(changes, {}, [](const Change& c) { return std::pair(c.at, c.begins); });
   const auto is_above = [&](std::size_t i) { return trace.jobs[i].worker == raised; };
   std::vector<double> own_ns(trace.jobs.size(), 0);
   std::vector<std::size_t> begun;
   Time now{};
-  for (const Change& change : changes) {
-    const auto elapsed = static_cast<double>((change.at - now).count());
+  for_each_change(trace, [&](std::size_t job, Time at, bool begins) {
+    if (trace.jobs[job].finish <= trace.jobs[job].start) return;
+    const auto elapsed = static_cast<double>((at - now).count());
     const auto above = static_cast<double>(std::ranges::count_if(begun, is_above));
     const double others = static_cast<double>(begun.size()) - above;
     const double share = others > 0 ? std::clamp((cores - above) / others, 0.0, 1.0) : 0;
-    for (const std::size_t i : begun) {
-      own_ns[i] += elapsed * (is_above(i) ? 1 : share);
-    }
-    now = change.at;
-    if (change.begins) {
-      begun.push_back(change.job);
-    } else {
-      begun.erase(std::ranges::find(begun, change.job));
-    }
-  }
+    for (const std::size_t i : begun) own_ns[i] += elapsed * (is_above(i) ? 1 : share);
+    now = at;
+    begins ? begun.push_back(job) : void(std::erase(begun, job));
+  });
   for (std::size_t i = 0; i < trace.jobs.size(); ++i) {
     JobRecord& r = trace.jobs[i];
     if (r.outcome != Outcome::ran) continue;
@@ -80,9 +62,8 @@ OwnCosts own_costs(const Trace& trace, unsigned cores) {
   OwnCosts costs;
   if (dispatched > 0) costs.dispatch = dispatches / dispatched;
   if (!wake_ups.empty()) {
-    const auto middle = wake_ups.begin() + static_cast<std::ptrdiff_t>(wake_ups.size() / 2);
-    std::ranges::nth_element(wake_ups, middle);
-    costs.wake_up = std::max(Duration{}, *middle - costs.dispatch);
+    std::ranges::sort(wake_ups);
+    costs.wake_up = std::max(Duration{}, wake_ups[wake_ups.size() / 2] - costs.dispatch);
   }
   return costs;
 }

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
+#include <tuple>
+#include <vector>
 
 #include "hotpath/core/workload.hpp"
 #include "hotpath/reference_system/graph.hpp"
@@ -22,6 +25,21 @@ inline constexpr std::array kListedColumns{"task",      "sequence",   "execution
 /// The execution times in such a file, each at most the worst case of its task. Every job that starts must
 /// be listed, once: of() throws InputError for others. Throws InputError.
 [[nodiscard]] std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const TaskSet& set);
+
+/// Visits the starts and ends of the jobs that ran, by their places, in the order of time. Of those at an
+/// instant, jobs that started before end first.
+void for_each_change(const Trace& trace, const auto& visit) {
+  enum Kind : std::uint8_t { ends, begins, ends_at_once };
+  std::vector<std::tuple<Time, Kind, std::size_t>> changes;
+  for (std::size_t i = 0; i < trace.jobs.size(); ++i) {
+    const JobRecord& r = trace.jobs[i];
+    if (r.outcome != Outcome::ran) continue;
+    changes.emplace_back(r.start, begins, i);
+    changes.emplace_back(r.finish, r.finish > r.start ? ends : ends_at_once, i);
+  }
+  std::ranges::sort(changes);
+  for (const auto& [at, kind, job] : changes) visit(job, at, kind == begins);
+}
 
 /// Returns the measured trace with finish - start replaced by the time that each job had a core,
 /// for replaying jobs of fixed work. This is the measured CPU time. Where that is missing, it is

@@ -16,6 +16,7 @@
 #include "setup/deployed_system.hpp"
 #include "setup/executor_spec.hpp"
 #include "setup/stored_system.hpp"
+#include "simulated/own_times.hpp"
 #include "watch/contract.hpp"
 #include "watch/job_times.hpp"
 
@@ -130,22 +131,13 @@ struct Recorded {
 /// turns that ordinary threads take.
 void add_own_times(const Trace& trace, std::vector<Recorded>& all) {
   RunningJobs running;
-  std::multimap<Time, tracing::Job> ends;
-  const auto end_until = [&](Time until) {
-    for (; !ends.empty() && ends.begin()->first <= until; ends.erase(ends.begin())) {
-      const tracing::Job& job = ends.begin()->second;
-      Duration& own = all[job.ref.callback].own;
-      own = std::max(own, job.finish - job.start - running.end(job).displaced);
-    }
-  };
-  for (const JobRecord& r : trace.jobs) {
-    if (r.outcome != Outcome::ran) continue;
-    end_until(r.start);
-    tracing::Job job{{r.job.task, r.job.sequence}, r.worker, r.cpu, r.start, r.finish};
-    running.start(job, std::nullopt);
-    ends.emplace(r.finish, std::move(job));
-  }
-  end_until(kNever);
+  simulated::for_each_change(trace, [&](std::size_t i, Time, bool begins) {
+    const JobRecord& r = trace.jobs[i];
+    const tracing::Job job{{r.job.task, r.job.sequence}, r.worker, r.cpu, r.start, r.finish};
+    if (begins) return running.start(job, std::nullopt);
+    Duration& own = all[r.job.task].own;
+    own = std::max(own, r.duration() - running.end(job).displaced);
+  });
 }
 
 std::vector<Recorded> recorded_tasks(const Trace& trace, const GraphTasks& tasks) {
