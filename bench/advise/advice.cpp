@@ -119,7 +119,7 @@ std::vector<std::string> causes_of_gain(const Advice& advice) {
   const Candidate &a = *advice.now->candidate, &b = *advice.best->candidate;
   const SimulatedDraw of_a = simulate_draw(a, advice.options, 0), of_b = simulate_draw(b, advice.options, 0);
   const auto run = [](const Candidate& c, const SimulatedDraw& d) {
-    return explain::SimulatedRun{c.name, c.spec, c.graph, d.tasks, *d.times, d.repetition.trace};
+    return explain::SimulatedRun{{c.spec, c.graph, d.tasks, *d.times}, d.repetition.trace};
   };
   return explain::difference(run(a, of_a), run(b, of_b), static_cast<std::uint32_t>(advice.objective.chain),
                              advice.objective.latency);

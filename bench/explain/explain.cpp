@@ -16,7 +16,6 @@
 #include "program/text.hpp"
 #include "results/measures.hpp"
 #include "results/stored_summary.hpp"
-#include "simulated/repetition.hpp"
 
 namespace hotpath::explain {
 
@@ -85,8 +84,9 @@ void explain_difference(const Options& options, StoredOutputs& a, StoredOutputs&
 }
 
 Totals totals_of(const SimulatedRun& run, std::uint32_t chain, Latency latency) {
-  const System system(run.executor, run.graph, run.tasks, results::RunKind::simulated,
-                      run.graph.platform.cores);
+  const simulated::Plan& plan = run.plan;
+  const System system(plan.executor, plan.graph, plan.tasks, results::RunKind::simulated,
+                      plan.graph.platform.cores);
   std::vector<Output> outputs;
   for (const ChainRecord& record : run.trace.chains) {
     const auto value = record.latency(latency);
@@ -97,7 +97,7 @@ Totals totals_of(const SimulatedRun& run, std::uint32_t chain, Latency latency) 
   Explainer explainer(
       system, chain, std::move(outputs), [&](const Explanation& explanation) { totals.add(explanation); },
       latency);
-  explainer.begin(0, &run.times);
+  explainer.begin(0, &plan.times);
   for (const JobRecord& record : run.trace.jobs) explainer.add(record);
   explainer.end();
   return totals;
@@ -134,8 +134,20 @@ StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& e
       outputs_.push_back(output);
     });
   } else {
+    const std::vector<Chain>& chains = stored_.graph.chains;
+    if (chains.empty()) run.fail("its graph has no chain; name a task with --task");
     if (options.hot_path) subject_.latency = Latency::hot_path;
-    read_chain(options.chain);
+    subject_.name = options.chain.empty() ? chains.front().name : options.chain;
+    chain_ = place_of(subject_.name, chains, "chain");
+    run.for_each_chain([&](const ChainRow& row) {
+      if (run.chains()[row.record.chain] != subject_.name || !selected(row.executor, row.repetition)) return;
+      ++counted_[row.repetition];
+      const auto latency = row.record.latency(subject_.latency);
+      if (latency >= Duration{})
+        outputs_.push_back({row.repetition, row.record.sequence, *latency, row.record.sink});
+      else
+        ++left_out_;
+    });
   }
   for (const auto* sentences : {&run.record().warnings, &run.record().failures}) {
     std::ranges::copy_if(*sentences, std::back_inserter(subject_.warnings), [&](const std::string& sentence) {
@@ -152,23 +164,6 @@ StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& e
 
 bool StoredOutputs::selected(std::string_view executor, std::uint32_t repetition) const {
   return executor == executor_ && (!repetition_ || repetition == *repetition_);
-}
-
-void StoredOutputs::read_chain(const std::string& name) {
-  const std::vector<Chain>& chains = stored_.graph.chains;
-  if (chains.empty()) run_.fail("its graph has no chain; name a task with --task");
-  subject_.name = name.empty() ? chains.front().name : name;
-  chain_ = place_of(subject_.name, chains, "chain");
-  run_.for_each_chain([&](const ChainRow& row) {
-    if (run_.chains()[row.record.chain] != subject_.name || !selected(row.executor, row.repetition)) return;
-    ++counted_[row.repetition];
-    const auto latency = row.record.latency(subject_.latency);
-    if (latency < Duration{}) {
-      ++left_out_;
-      return;
-    }
-    outputs_.push_back({row.repetition, row.record.sequence, *latency, row.record.sink});
-  });
 }
 
 void StoredOutputs::for_each_response(const std::function<void(const Output&)>& use) const {
@@ -297,8 +292,10 @@ std::vector<std::string> difference(const SimulatedRun& a, const SimulatedRun& b
                                     Latency latency) {
   const Totals of_a = totals_of(a, chain, latency), of_b = totals_of(b, chain, latency);
   if (of_a.outputs == 0 || of_b.outputs == 0) return {};
-  const std::string& name = a.graph.chains[chain].name;
-  Subject of{a.tasks.set, a.name, name, latency}, other{b.tasks.set, b.name, name, latency};
+  const auto subject = [&](const simulated::Plan& plan) {
+    return Subject{plan.tasks.set, plan.executor.label, plan.graph.chains[chain].name, latency};
+  };
+  Subject of = subject(a.plan), other = subject(b.plan);
   of.fewer = of_b.outputs - std::min(of_a.outputs, of_b.outputs);
   other.fewer = of_a.outputs - std::min(of_a.outputs, of_b.outputs);
   return report(of, of_a, other, of_b).sentences;

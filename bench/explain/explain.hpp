@@ -10,9 +10,8 @@
 
 #include "explain/explain_report.hpp"
 #include "explain/explainer.hpp"
-#include "hotpath/core/workload.hpp"
-#include "setup/executor_spec.hpp"
 #include "setup/stored_system.hpp"
+#include "simulated/repetition.hpp"
 
 namespace hotpath::explain {
 
@@ -38,11 +37,7 @@ void explain(const Options& options);
 
 /// A simulation with the records of its jobs and chains.
 struct SimulatedRun {
-  std::string name;
-  const setup::ExecutorSpec& executor;
-  const Graph& graph;
-  const GraphTasks& tasks;
-  const ExecutionTimes& times;
+  simulated::Plan plan;
   const Trace& trace;
 };
 /// Why one is faster than the other along a chain of the graph, by the age of the data or the hot-path
@@ -77,8 +72,6 @@ class StoredOutputs {
   StoredOutputs(const results::StoredRun& run, const std::string& executor,
                 std::optional<std::uint32_t> repetition);
   [[nodiscard]] bool selected(std::string_view executor, std::uint32_t repetition) const;
-  /// `name` empty: the first of the graph.
-  void read_chain(const std::string& name);
   /// `use` gets the counted jobs of all tasks.
   void for_each_response(const std::function<void(const Output&)>& use) const;
   void pass_jobs(Explainer& explainer) const;

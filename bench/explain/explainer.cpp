@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <functional>
+#include <tuple>
 #include <utility>
 
 #include "hotpath/analysis/statistics.hpp"
@@ -68,7 +69,7 @@ bool System::share_group(TaskId a, TaskId b) const {
 
 namespace {
 
-auto key_of(const Output& output) { return std::pair(output.repetition, output.sequence); }
+auto key_of(const Output& o) { return std::tuple(o.repetition, o.sink, o.sequence); }
 
 /// The waits in an explanation of a latency that begins at `at`, each from when others ran on.
 std::vector<ThreadsInWait> waits_of(const System& system, const JobWindow& window, const Explanation& e,
@@ -112,10 +113,9 @@ Explainer::Explainer(const System& system, std::optional<std::uint32_t> chain, s
       latency_(chain ? latency : Latency::response),
       outputs_(std::move(outputs)),
       use_(std::move(use)),
-      done_(outputs_.size(), false),
       window_(system.tasks.set.size()),
       paths_(system, window_, chain_) {
-  std::ranges::stable_sort(outputs_, {}, key_of);
+  std::ranges::sort(outputs_, {}, key_of);
   for (const Output& output : outputs_) longest_ = std::max(longest_, output.latency);
 }
 
@@ -134,13 +134,14 @@ void Explainer::add(const JobRecord& record) {
   constexpr std::size_t kBetween = 1024;  // jobs between two clean-ups
   if (++added_ % kBetween == 0) {
     Time first = now_;
-    for (const Seen& job : unfinished_) first = std::min(first, job.record.start);
+    for (const auto& [job, latency] : unfinished_) first = std::min(first, job.record.start);
     window_.forget_before(first - longest_);
   }
   const Seen& seen = window_.add(record);
   paths_.add(seen);
-  const auto may_be = [&](const Output& o) { return o.sink == kNoTask || o.sink == record.job.task; };
-  if (std::ranges::any_of(outputs_of(record.job), may_be)) unfinished_.push_back(seen);
+  const std::tuple key(repetition_, record.job.task, record.job.sequence);
+  const auto output = std::ranges::lower_bound(outputs_, key, {}, key_of);
+  if (output != outputs_.end() && key_of(*output) == key) unfinished_.emplace_back(seen, output->latency);
 }
 
 void Explainer::end() {
@@ -148,39 +149,24 @@ void Explainer::end() {
   explain_finished();
 }
 
-/// The outputs that may be those of a job.
-std::span<const Output> Explainer::outputs_of(const Job& job) const {
-  if (chain_ != nullptr && !chain_->ends_in(job.task)) return {};
-  const std::pair key(repetition_, job.sequence);
-  return {std::ranges::lower_bound(outputs_, key, {}, key_of),
-          std::ranges::upper_bound(outputs_, key, {}, key_of)};
-}
-
 void Explainer::explain_finished() {
-  const auto finish = [](const Seen& job) { return job.record.finish; };
+  const auto finish = [](const auto& output) { return output.first.record.finish; };
   if (unfinished_.size() > 1) std::ranges::stable_sort(unfinished_, {}, finish);
-  std::erase_if(unfinished_, [this](const Seen& job) {
-    if (job.record.finish > now_) return false;
-    for (const Output& output : outputs_of(job.record.job)) {
-      const auto place = static_cast<std::size_t>(&output - outputs_.data());
-      if (done_[place] || (output.sink != kNoTask && output.sink != job.record.job.task)) continue;
-      done_[place] = explain_output(job, output);
-      if (done_[place]) break;
-    }
-    return true;
+  std::erase_if(unfinished_, [this](const auto& output) {
+    const bool finished = output.first.record.finish <= now_;
+    if (finished) explain_output(output.first, output.second);
+    return finished;
   });
 }
 
-/// False if it is the output of another task of the sink's node, with a job of the same sequence.
-bool Explainer::explain_output(const Seen& job, const Output& output) {
-  Explanation explanation{repetition_, output.latency, {}, true, {}};
+void Explainer::explain_output(const Seen& job, Duration latency) {
+  Explanation explanation{repetition_, latency, {}, true, {}};
   std::vector<const Seen*> path = {&job};
   const bool hot_path = latency_ == Latency::hot_path;
-  const Time begin = (hot_path ? job.record.start : job.record.finish) - output.latency;
+  const Time begin = (hot_path ? job.record.start : job.record.finish) - latency;
   if (chain_ != nullptr) {
     path = paths_.from_source(job, begin, hot_path);
     explanation.complete = !path.empty();
-    if (path.empty() && output.sink == kNoTask && chain_->sink_tasks.size() > 1) return false;
     if (path.empty()) path = of_triggers(job, begin);
   }
   explanation.parts = parts_of_path(system_, window_, times_, path, begin, latency_);
@@ -188,7 +174,6 @@ bool Explainer::explain_output(const Seen& job, const Output& output) {
   explanation.waits = waits_of(system_, window_, explanation, begin);
   ++explained_;
   use_(explanation);
-  return true;
 }
 
 /// `sink` and the jobs that published the samples that started it, back to the last one that started

@@ -6,7 +6,6 @@
 #include <functional>
 #include <optional>
 #include <set>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -158,7 +157,7 @@ struct Output {
   std::uint32_t repetition = 0;
   std::uint64_t sequence = 0;  ///< Of the sink's job, or of the task's.
   Duration latency{};          ///< As measured, >= 0.
-  TaskId sink = kNoTask;       ///< The task of that job; kNoTask: any of the chain's sink.
+  TaskId sink = kNoTask;       ///< The task of that job.
 };
 
 /// The output at a quantile in [0, 1]: the smallest that at least this share of outputs do not
@@ -171,9 +170,8 @@ class Explainer {
  public:
   using Use = std::function<void(const Explanation&)>;
 
-  /// `chain`: index into System::chains; none: response times of the outputs' tasks.
-  /// `outputs` of unknown sink tasks that have the same sequence are in the order of their jobs' ends.
-  /// `system` must outlive the object.
+  /// `chain`: index into System::chains; none: response times of the outputs' tasks. `system` must outlive
+  /// the object.
   Explainer(const System& system, std::optional<std::uint32_t> chain, std::vector<Output> outputs, Use use,
             Latency latency = Latency::response);
 
@@ -187,23 +185,22 @@ class Explainer {
   [[nodiscard]] std::size_t missing() const { return outputs_.size() - explained_; }
 
  private:
-  [[nodiscard]] std::span<const Output> outputs_of(const Job& job) const;
   void explain_finished();
-  bool explain_output(const Seen& job, const Output& output);
+  void explain_output(const Seen& job, Duration latency);
   [[nodiscard]] std::vector<const Seen*> of_triggers(const Seen& sink, Time begin) const;
 
   const System& system_;
   const ChainIndex* const chain_;  // nullptr: response times
   const Latency latency_;
-  std::vector<Output> outputs_;  // by repetition and sequence
+  std::vector<Output> outputs_;  // by repetition, task and sequence
   const Use use_;
-  std::vector<bool> done_;  // by output
   JobWindow window_;
   DataPath paths_;
   Duration longest_{};  // of the outputs
   std::uint32_t repetition_ = 0;
   const ExecutionTimes* times_ = nullptr;
-  std::vector<Seen> unfinished_;  // jobs of outputs, explained when all jobs that overlap are known
+  /// Jobs of outputs, explained when all jobs that overlap are known, and the latencies.
+  std::vector<std::pair<Seen, Duration>> unfinished_;
   std::size_t explained_ = 0, added_ = 0;
   Time now_ = Time::min();
 };

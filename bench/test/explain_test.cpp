@@ -312,7 +312,7 @@ TEST(Explain, TimeWithoutAnyCauseIsUnexplained) {
   // The job that the sink waited for is taken out of the trace.
   const Graph graph =
       graph_of({timer("a", 1ms), timer("b", 2ms, 100ms, 1ms), follower("sink", {"a"}, 1ms)}, {"a"}, "sink");
-  EXPECT_THAT(parts_of(graph, "default", results::RunKind::simulated, 0, {0, 0, 3ms},
+  EXPECT_THAT(parts_of(graph, "default", results::RunKind::simulated, 0, {0, 0, 3ms, 2},
                        {ran(0, 0ms, 1ms), sampled(ran(2, 3ms, 4ms), 1ms)}),
               ElementsAre(part(Cause::running, 1ms), part(Cause::unexplained, 2ms)));
 }
