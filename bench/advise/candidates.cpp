@@ -33,8 +33,7 @@ using Statistic = Objective::Statistic;
 
 /// `note` gets what is meant if it is another chain.
 std::size_t chain_named(const std::string& name, const Graph& graph, std::string& note) {
-  std::vector<std::string> names;
-  for (const Chain& chain : graph.chains) names.push_back(chain.name);
+  const std::vector<std::string> names = setup::chain_names(graph);
   const auto place = std::ranges::find(names, name);
   if (place != names.end()) return static_cast<std::size_t>(place - names.begin());
   if (name == "hot_path" && !names.empty()) {

@@ -96,15 +96,6 @@ json executors_json(const Imported& imported) {
   return all;
 }
 
-/// Observed durations without interpolation: other readers of the trace find the same. `all`: at least one.
-json quantiles_us(std::vector<double> all) {
-  std::ranges::sort(all);
-  const auto ranked = [&](std::size_t percent) {
-    return all[std::min(all.size() - 1, all.size() * percent / 100)];
-  };
-  return {{"p50", ranked(50)}, {"p90", ranked(90)}, {"p99", ranked(99)}, {"max", ranked(100)}};
-}
-
 /// The data of the trace about each task.
 json tasks_json(const Imported& imported) {
   const RecordedGraph& graph = imported.found.graph;
@@ -124,7 +115,8 @@ json tasks_json(const Imported& imported) {
                                          {"never_ended", callback.never_ended},
                                          {"threads", callback.threads.size()},
                                          {"published", json::object()}});
-    if (!durations_us[id].empty()) task["duration_us"] = quantiles_us(std::move(durations_us[id]));
+    for (const auto& [name, percent] : {std::pair("p50", 50U), {"p90", 90U}, {"p99", 99U}, {"max", 100U}})
+      if (!durations_us[id].empty()) task["duration_us"][name] = ranked(durations_us[id], percent);
     for (const auto& [topic, messages] : callback.published)
       task["published"][imported.system.topics[topic].name] = messages;
     if (graph.tasks.set[id].kind == TaskKind::timer) {

@@ -193,12 +193,7 @@ constexpr double kDescribes = 0.95;
 /// Callbacks of subscriptions are functions of this namespace.
 constexpr const char* kSynchronisers = "message_filters";
 
-template <class T>
-T median(std::vector<T>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
+auto median(auto& samples) { return ranked(samples, 50); }
 
 /// Callbacks of the graph that are a synchroniser's, by node.
 std::map<std::uint32_t, Callbacks> synchronisers(const tracing::System& system, const RecordedGraph& graph) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <span>
 #include <string>
@@ -16,6 +17,13 @@ namespace hotpath::imports {
 
 [[nodiscard]] inline Callback& callback_of_task(Graph& graph, const TaskOrigin& origin) {
   return graph.nodes[origin.node].callbacks[origin.callback];
+}
+
+/// The sample above `percent` of all, which exist, without interpolation: other readers of a trace find the
+/// same. Sorts them.
+[[nodiscard]] auto ranked(auto& samples, std::size_t percent) {
+  std::ranges::sort(samples);
+  return samples[std::min(samples.size() - 1, samples.size() * percent / 100)];
 }
 
 /// The rule by which callbacks of one node publish a topic, and how well it explains their jobs.
