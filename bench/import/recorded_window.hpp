@@ -39,6 +39,11 @@ struct RecordedRows {
 [[nodiscard]] RecordedRows recorded_rows(const RecordedSystem& recorded, const RecordedGraph& graph,
                                          const RecordedTimers& timers, const std::vector<bool>& release_only);
 
+/// How long a job that ran had a processor, as far as that is known.
+[[nodiscard]] inline Duration own_time(const JobRecord& r) {
+  return r.cpu_time >= Duration{} ? r.cpu_time : r.duration();
+}
+
 /// Jobs of a recording and their records, in the order of starts.
 struct RecordedWindow {
   std::span<const tracing::Job> jobs;  ///< Of all callbacks.

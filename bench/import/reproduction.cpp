@@ -116,8 +116,7 @@ struct Way {
     Graph graph = found.graph.graph;
     const GraphTasks& tasks = found.graph.tasks;
     std::vector<std::vector<Duration>> times(tasks.set.size());
-    for (const JobRecord& r : working_jobs(tasks, trace).jobs)
-      times[r.job.task].push_back(r.cpu_time >= Duration{} ? r.cpu_time : r.duration());
+    for (const JobRecord& r : working_jobs(tasks, trace).jobs) times[r.job.task].push_back(own_time(r));
     graph.platform = platform_of(costs, times);
     for (TaskId id = 0; id < times.size(); ++id) {
       if (times[id].empty()) continue;

@@ -36,7 +36,7 @@ class TimesOfMoment final : public ExecutionTimes {
   TimesOfMoment(const TaskSet& set, const Trace& trace) : recorded_(set.size()) {
     for (const Task& task : set.tasks) wcet_.push_back(task.wcet);
     for (const JobRecord& r : trace.jobs)
-      if (r.outcome == Outcome::ran) recorded_[r.job.task].emplace_back(r.job.timestamp, r.duration());
+      if (r.outcome == Outcome::ran) recorded_[r.job.task].emplace_back(r.job.timestamp, own_time(r));
     for (auto& of_task : recorded_) std::ranges::sort(of_task);
   }
   Duration of(const Job& job) const override {
@@ -57,10 +57,7 @@ class TimesOfMoment final : public ExecutionTimes {
 
 Trace simulate_recorded(const Graph& graph, const GraphTasks& tasks, const setup::ExecutorSpec& executor,
                         const Trace& recorded) {
-  Trace own = recorded;
-  for (JobRecord& r : own.jobs)
-    if (r.outcome == Outcome::ran && r.cpu_time >= Duration{}) r.finish = r.start + r.cpu_time;
-  const TimesOfMoment times(tasks.set, working_jobs(tasks, own));
+  const TimesOfMoment times(tasks.set, working_jobs(tasks, recorded));
   simulated::Plan plan{executor, graph, tasks, times};
   plan.duration = recorded.end - Time{};
   plan.start = first_start(recorded);
