@@ -23,28 +23,23 @@ System::System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphT
       chains(index_chains(graph, tasks)),
       cores_(cores >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << cores) - 1),
       spec_(spec) {
+  std::optional<simulated::System> simulation;
+  if (simulated) simulation.emplace(spec, graph, tasks);
   for (const setup::ExecutorSpec& part : setup::parts(spec)) {
-    ServingExecutor& executor = executors_.emplace_back();
-    executor.traits = part.entry->traits;
-    if (executor.traits.family == Family::priority_events) {
-      executor.order.emplace(tasks.set, *executor.traits.policy, part.scheduler.rule, part.scheduler.ties);
-      executor.service_wait = part.scheduler.service_wait;
-    }
-    executor.threads = job_threads(part);
-    executor.first_worker = part.first_worker;
-  }
-  if (!simulated) return;
-  const simulated::System system(spec, graph, tasks);
-  for (std::size_t e = 0; e < executors_.size(); ++e) {
-    const SimulatedExecutor& of = system.executors()[e];
+    const ExecutorTraits& traits = part.entry->traits;
+    ServingExecutor& executor = executors_.emplace_back(
+        ServingExecutor{traits, part.scheduler.service_wait, part.first_worker, job_threads(part)});
+    if (traits.family == Family::priority_events)
+      executor.order.emplace(tasks.set, *traits.policy, part.scheduler.rule, part.scheduler.ties);
+    if (!simulation) continue;
+    const SimulatedExecutor& of = simulation->executors()[executors_.size() - 1];
     threads_.insert(threads_.end(), of.threads.begin(), of.threads.end());
-    const Platform p = make_platform(graph, *setup::parts(spec)[e].entry);
-    if (executors_[e].traits.timers == TimerHandling::release_only)
-      executors_[e].second_wake_up = p.wake_up_latency;
+    const Platform p = make_platform(graph, *part.entry);
+    if (traits.timers == TimerHandling::release_only) executor.second_wake_up = p.wake_up_latency;
     const auto releases = static_cast<std::int64_t>(tasks.set.size());
-    executors_[e].most_overhead = p.wake_up_latency + p.wait_cost +
-                                  (releases + of.other_entities) * p.wait_cost_per_entity +
-                                  p.longest_dispatch_cost() + p.pass_cost + releases * p.release_cost;
+    executor.most_overhead = p.wake_up_latency + p.wait_cost +
+                             (releases + of.other_entities) * p.wait_cost_per_entity +
+                             p.longest_dispatch_cost() + p.pass_cost + releases * p.release_cost;
   }
 }
 

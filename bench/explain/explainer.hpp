@@ -23,13 +23,13 @@ namespace hotpath::explain {
 
 /// An executor, as far as its decisions need to be named.
 struct ServingExecutor {
-  ExecutorTraits traits;
-  std::optional<PriorityOrder> order;           ///< Priority events queues.
-  Duration service_wait{};                      ///< SchedulerOptions::service_wait.
-  std::uint32_t first_worker = 0, threads = 1;  ///< The workers that run its jobs, one after the other.
+  const ExecutorTraits& traits;
+  Duration service_wait;                    ///< SchedulerOptions::service_wait.
+  std::uint32_t first_worker, threads;      ///< The workers that run its jobs, one after the other.
+  std::optional<PriorityOrder> order = {};  ///< Priority events queues.
   /// Simulated: the longest time from one job to the next that dispatch, wait, wake-up and releases
   /// can take. std::nullopt: not known.
-  std::optional<Duration> most_overhead;
+  std::optional<Duration> most_overhead = {};
   Duration second_wake_up{};  ///< Of a timer's job: the timer thread wakes the thread that runs it.
 
   [[nodiscard]] bool many_threads() const { return threads > 1; }
