@@ -142,8 +142,8 @@ void answer(Advice& advice) {
 /// Writes the recommended candidate as deployment.yaml, and as far as they can express it as the executor
 /// files. Returns deployment.yaml.
 std::string write_change(const Candidate& c, const Graph& graph, const fs::path& folder) {
-  Deployment plan = c.spec.deployment ? c.spec.deployment->plan : find_deployment("single", graph, c.tasks);
-  if (!c.spec.deployment) plan.executors.front().executor = c.executor();
+  Deployment plan = c.spec.entry ? find_deployment("single", graph, c.tasks) : c.spec.plan;
+  if (c.spec.entry) plan.executors.front().executor = c.executor();
   plan.name = "advice";
   plan.description = c.description;
   program::write_whole_file(folder / "deployment.yaml", deployment_yaml(c.graph, c.tasks, plan));
@@ -168,8 +168,8 @@ std::string store_first_draw(const Candidate& candidate, const setup::CommonOpti
   o.executors.clear();
   o.deployments.clear();
   std::string label = candidate.executor();
-  if (candidate.spec.deployment) {
-    Deployment plan = candidate.spec.deployment->plan;
+  if (!candidate.spec.entry) {
+    Deployment plan = candidate.spec.plan;
     plan.name = candidate.name;
     o.deployments = {folder / "deployment.yaml"};
     program::write_whole_file(o.deployments.front(), deployment_yaml(candidate.graph, candidate.tasks, plan));

@@ -193,9 +193,8 @@ std::string timers_beside(const Advice& advice) {
 std::string cost(const Advice& advice) {
   const Prediction& best = *advice.best;
   std::string text = "It needs " + counted(best.candidate->load.threads, "thread");
-  const auto& deployment = best.candidate->spec.deployment;
   const auto real_time = [](const DeployedExecutor& e) { return !e.policy.ordinary(); };
-  if (deployment && std::ranges::any_of(deployment->plan.executors, real_time))
+  if (std::ranges::any_of(best.candidate->spec.plan.executors, real_time))
     text += " with the right to SCHED_FIFO";
   text += concat(" and loses ", lost(best), " of all jobs and samples");
   if (advice.compares()) text += concat(" (today ", lost(*advice.now), ")");

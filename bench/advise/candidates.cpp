@@ -160,7 +160,7 @@ class Candidates {
         scheduling_(setup::scheduling_of(options, graph, tasks_.set, graph.platform.cores)),
         now_(find_executor(results::ExecutorLabel(options.now).name) != nullptr ? executor(options.now)
                                                                                 : deployment(options.now)) {
-    several_processes_ = now_.deployment && now_.deployment->plan.processes.size() > 1;
+    several_processes_ = now_.plan.processes.size() > 1;
   }
 
   std::vector<Candidate> made(const Objective& objective) {
@@ -184,7 +184,7 @@ class Candidates {
   setup::ExecutorSpec executor(const std::string& name) const {
     setup::ExecutorSpec spec = setup::parse_executor(name, scheduling_);
     if (!several_processes_) return spec;
-    Deployment plan = now_.deployment->plan;
+    Deployment plan = now_.plan;
     plan.name = "each:" + name;
     plan.description = concat(spec.entry->description, ", in each process");
     plan.file.clear();
@@ -195,11 +195,7 @@ class Candidates {
     return setup::deploy(find_deployment(name, graph_, tasks_), scheduling_);
   }
 
-  void add(const setup::ExecutorSpec& spec) {
-    add({spec.label,
-         spec.deployment ? spec.deployment->plan.description : std::string(spec.entry->description), graph_,
-         spec});
-  }
+  void add(const setup::ExecutorSpec& spec) { add({spec.label, spec.plan.description, graph_, spec}); }
   void add(Candidate candidate) {
     if (has(candidate.name)) return;
     Graph graph = std::move(candidate.graph);

@@ -74,7 +74,7 @@ PhaseValues& middle_of_best(std::vector<PhaseValues>& values) {
 PhaseValues exact_values(const Candidate& candidate, const Objective& objective, const FirstTimestamps& first,
                          std::vector<bounds::ReachedWorstCase>* reached) {
   PhaseValues values{.first = first, .refusal = candidate.load.overload};
-  if (candidate.spec.deployment) values.refusal = "a deployment of executors is not explored";
+  if (!candidate.spec.entry) values.refusal = "a deployment of executors is not explored";
   if (!values.exact()) return values;
   GraphTasks tasks = candidate.tasks;
   setup::set_phases(tasks.set, first);

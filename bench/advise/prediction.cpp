@@ -159,9 +159,9 @@ std::string timer_beside_group(const Candidate& candidate) {
 }
 
 bool can_be_written(const Candidate& candidate) {
-  if (!candidate.spec.deployment) return true;
+  if (candidate.spec.entry) return true;
   try {
-    (void)deployment_yaml(candidate.graph, candidate.tasks, candidate.spec.deployment->plan);
+    (void)deployment_yaml(candidate.graph, candidate.tasks, candidate.spec.plan);
     return true;
   } catch (const std::invalid_argument&) {
     return false;

@@ -253,7 +253,7 @@ class Analysis {
                     std::vector<bounds::ReachedWorstCase>* reached) const {
     GraphBounds none;
     none.method = uncertainty() > Duration{} ? bounds::kNearPhasesMethod : bounds::kExactMethod;
-    if (executor.deployment) none.refusal = "several executors are not explored";
+    if (!executor.entry) none.refusal = "several executors are not explored";
     if (!callbacks.phases_known) none.refusal = "worst cases are exact for known phases only; give --phases";
     if (none.refusal) return none;
     GraphTasks tasks = tasks_;

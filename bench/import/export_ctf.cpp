@@ -278,7 +278,7 @@ bool is_jazzy(const setup::ExecutorSpec& executor) {
 /// executor; in a simulation only the deployment knows their processes.
 void set_threads(const setup::ExecutorSpec& executor, bool simulated, ExportedRun& exported) {
   exported.jazzy = std::ranges::any_of(setup::parts(executor), is_jazzy);
-  if (!executor.deployment) return exported.polled.assign(kMaxWorkers, emits_waits(executor.entry->traits));
+  if (executor.entry) return exported.polled.assign(kMaxWorkers, emits_waits(executor.entry->traits));
   std::vector<std::uint16_t> processes;
   for (const setup::ExecutorSpec& part : setup::parts(executor)) {
     const std::uint32_t workers = worker_count(*part.entry, part.scheduler);

@@ -70,8 +70,8 @@ void write(const Imported& imported) {
   const fs::path output = imported.options.output;
   program::create_folder(output);
   write_graph(output / "graph.yaml", best.graph, import_comments(imported), program::write_with_folder);
-  if (best.executor.deployment && !imported.found.deployment) {
-    const Deployment& plan = best.executor.deployment->plan;
+  if (!best.executor.entry && !imported.found.deployment) {
+    const Deployment& plan = best.executor.plan;
     program::write_whole_file(plan.file, kDeploymentComment + deployment_yaml(best.graph, best.tasks, plan));
   }
   Trace recorded = best.trace;

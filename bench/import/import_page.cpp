@@ -329,7 +329,7 @@ void print_import(std::ostream& out, const Imported& imported) {
                                     chain.median_error_percent,
                                     chain.between_modes ? ", between two modes" : ""));
   const std::string folder = imported.options.output,
-                    now = best.executor.deployment ? folder + "/deployment.yaml" : best.executor.label;
+                    now = best.executor.entry ? best.executor.label : folder + "/deployment.yaml";
   out << "Recognised: " << best.graph.nodes.size() << " nodes, " << best.tasks.set.size() << " tasks, "
       << imported.jobs() << " jobs in " << program::fixed(seconds_of(imported.reading.length()), 1)
       << " s; executors: " << first_of(executors) << "\nUncertain: " << first_of(uncertain)

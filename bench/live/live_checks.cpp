@@ -105,8 +105,8 @@ void check_transport(const Options& options, const Plan& plan,
 }
 
 void check_deployment(const Plan& plan, const setup::ExecutorSpec& executor) {
-  if (!executor.deployment) return;
-  const Deployment& deployment = executor.deployment->plan;
+  if (executor.entry) return;
+  const Deployment& deployment = executor.plan;
   if (plan.processes > 1) {
     throw program::UsageError(program::concat("--processes: deployment ", deployment.name,
                                               " sets its own processes; leave it out"));

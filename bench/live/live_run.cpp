@@ -161,8 +161,7 @@ class LiveRun {
   Plan plan_of(const setup::ExecutorSpec& executor) const {
     Plan p = plan_;
     p.executor = executor;
-    if (executor.deployment)
-      p.processes = static_cast<std::uint32_t>(executor.deployment->plan.processes.size());
+    if (!executor.entry) p.processes = static_cast<std::uint32_t>(executor.plan.processes.size());
     return p;
   }
 

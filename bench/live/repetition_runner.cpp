@@ -32,9 +32,8 @@ class Coordinator {
   Coordinator(const Plan& plan, const std::function<void(Duration)>& progress)
       : plan_(plan),
         progress_(progress),
-        process_of_node_(plan.executor.deployment
-                             ? plan.executor.deployment->plan.process_of(*plan.graph, plan.tasks)
-                             : assign_processes(*plan.graph, plan.processes)) {
+        process_of_node_(plan.executor.entry ? assign_processes(*plan.graph, plan.processes)
+                                             : plan.executor.plan.process_of(*plan.graph, plan.tasks)) {
     for (std::uint32_t p = 0; p < plan.processes; ++p) memories_.emplace_back(memory_size(plan, p));
   }
 
@@ -179,7 +178,7 @@ class Coordinator {
 
   std::string name(std::uint32_t p) const {
     std::vector<std::string> executors;
-    if (plan_.executor.deployment && plan_.processes > 1) {
+    if (!plan_.executor.entry && plan_.processes > 1) {
       for (const std::size_t e : parts_in(plan_, p))
         executors.push_back(setup::parts(plan_.executor)[e].place.name);
     }
@@ -310,7 +309,7 @@ Duration set_up_limit(const Plan& plan) {
 }
 
 std::vector<std::size_t> parts_in(const Plan& plan, std::uint32_t process) {
-  if (!plan.executor.deployment) return {0};
+  if (plan.executor.entry) return {0};
   std::vector<std::size_t> own;
   for (std::size_t e = 0; e < setup::parts(plan.executor).size(); ++e)
     if (setup::parts(plan.executor)[e].place.process == process) own.push_back(e);

@@ -37,15 +37,11 @@ const Channel* last_words = nullptr;
 }
 
 ExecutorOptions thread_options(const Plan& plan, const setup::ExecutorSpec& part) {
-  ExecutorOptions options = default_options(*part.entry);
-  options.measure_cpu_time = plan.cpu_time;
+  const ThreadPolicy& policy = part.place.policy;
+  const ThreadPolicyRequest threads{policy, policy != ThreadPolicy{}, part.place.processors};
+  ExecutorOptions options{threads, threads, plan.cpu_time};
+  if (part.entry->traits.raises_timer_thread) options.timer_thread.policy = raised_above(policy);
   if (plan.executor_policy) options.executor_threads = {*plan.executor_policy, true, {}};
-  if (plan.executor.deployment) {
-    const ThreadPolicy& policy = part.place.policy;
-    options.executor_threads = {policy, policy != ThreadPolicy{}, part.place.processors};
-    options.timer_thread = options.executor_threads;
-    if (part.entry->traits.raises_timer_thread) options.timer_thread.policy = raised_above(policy);
-  }
   if (plan.timer_policy) options.timer_thread = {*plan.timer_policy, true, {}};
   return options;
 }
@@ -58,11 +54,7 @@ LiveOptions live_options(const Plan& plan, std::uint32_t process) {
     number[e] = static_cast<std::uint32_t>(options.executors.size());
     options.executors.push_back({part.entry, part.scheduler, thread_options(plan, part)});
   }
-  if (plan.executor.deployment) {
-    for (const std::uint32_t e : plan.executor.deployment->plan.executor_of) {
-      options.executor_of.push_back(number[e]);
-    }
-  }
+  for (const std::uint32_t e : plan.executor.plan.executor_of) options.executor_of.push_back(number[e]);
   return options;
 }
 

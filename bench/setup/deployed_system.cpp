@@ -27,7 +27,7 @@ std::vector<DeployedThread> threads_of(const Graph& graph, const ExecutorSpec& s
   std::vector<DeployedThread> threads;
   for (const ExecutorSpec& part : parts(spec)) {
     const DeployedExecutor& plan = part.place;
-    if (spec.deployment) check_processors(plan, spec.deployment->plan.file, graph.platform.cores);
+    check_processors(plan, spec.plan.file, graph.platform.cores);
     DeployedThread& thread = threads.emplace_back();
     thread.name = plan.name;
     thread.executor = part.entry;
@@ -48,9 +48,9 @@ std::vector<DeployedThread> threads_of(const Graph& graph, const ExecutorSpec& s
 
 std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& callbacks,
                                    const ExecutorSpec& spec) {
-  if (!spec.deployment)
+  if (spec.entry)
     return graph_bounds({callbacks, *spec.entry, spec.scheduler, make_platform(graph, *spec.entry)});
-  const DeployedSystem system{callbacks, threads_of(graph, spec), spec.deployment->plan.executor_of,
+  const DeployedSystem system{callbacks, threads_of(graph, spec), spec.plan.executor_of,
                               make_platform(graph, *parts(spec).back().entry)};
   std::vector<GraphBounds> all = {deployment_bounds(system)};
   const DeployedThread& thread = system.threads.front();
@@ -113,7 +113,7 @@ std::optional<bounds::Guarantees> guarantees(const Graph& graph, const GraphTask
     Graph delivered = graph;
     delivered.platform.delivery_delay = graph.platform.longest_delivery();
     std::vector<GraphBounds> all = bounds_of(delivered, callbacks, spec);
-    if (options != nullptr && !spec.deployment && job_threads(spec) > 1) {
+    if (options != nullptr && spec.entry && job_threads(spec) > 1) {
       const bool known = options->phases != Phases::random && options->phases_of.empty();
       if (known) {
         GraphTasks tasks = given;

@@ -37,13 +37,14 @@ void apply_variant(ExecutorSpec& spec, const std::string& variant) {
 
 ExecutorSpec parse_executor(const std::string& label, const SchedulerOptions& defaults) {
   const results::ExecutorLabel parts(label);
-  ExecutorSpec spec{label, find_executor(parts.name), defaults, nullptr, Stack::native};
+  ExecutorSpec spec{label, find_executor(parts.name), defaults};
   const bool known_stack = parts.stack.empty() || parts.on_rclcpp();
   if (spec.entry == nullptr || !known_stack) {
     throw program::UsageError("there is no executor `" + (known_stack ? parts.name : label) + "`; " +
                               suggest(parts.name, all_executor_names()));
   }
   if (!parts.stack.empty()) spec.stack = Stack::rclcpp;
+  spec.plan.description = spec.entry->description;
   for (const std::string& variant : parts.variants) apply_variant(spec, variant);
   return spec;
 }
@@ -61,39 +62,34 @@ unsigned job_threads(const ExecutorSpec& executor) {
   return worker_count(*executor.entry, executor.scheduler) - (timer_thread ? 1 : 0);
 }
 
-std::span<const ExecutorSpec> parts(const ExecutorSpec& spec) {
-  return spec.deployment ? std::span(spec.deployment->executors) : std::span(&spec, 1);
-}
-
 ExecutorSpec deploy(Deployment plan, const SchedulerOptions& defaults) {
-  auto deployed = std::make_shared<Deployed>();
-  deployed->plan = std::move(plan);
-  const std::string& file = deployed->plan.file;
-  if (find_executor(deployed->plan.name) != nullptr) {
-    throw InputError(file, 1, "the deployment has the name of an executor, " + deployed->plan.name,
+  if (find_executor(plan.name) != nullptr) {
+    throw InputError(plan.file, 1, "the deployment has the name of an executor, " + plan.name,
                      "rename the deployment");
   }
+  std::vector<ExecutorSpec> executors;
   std::uint32_t workers = 0;
-  for (const DeployedExecutor& e : deployed->plan.executors) {
+  for (const DeployedExecutor& e : plan.executors) {
     try {
-      deployed->executors.push_back(parse_executor(e.executor, defaults));
+      executors.push_back(parse_executor(e.executor, defaults));
     } catch (const program::UsageError& error) {
-      throw InputError(file, e.line, error.what(), "take one of `hotpath list executors`");
+      throw InputError(plan.file, e.line, error.what(), "take one of `hotpath list executors`");
     }
-    ExecutorSpec& part = deployed->executors.back();
+    ExecutorSpec& part = executors.back();
     part.place = e;
     part.first_worker = workers;
     workers += worker_count(*part.entry, part.scheduler);
     const bool raises = part.entry->traits.raises_timer_thread;
     const bool budget = e.policy.scheduling_class == ThreadPolicy::Class::deadline;
     if (raises && (budget || e.policy.priority >= kHighestPriority)) {
-      throw InputError(file, e.line,
+      throw InputError(plan.file, e.line,
                        program::concat("executor ", e.name, ": a timer thread cannot have a priority above ",
                                        to_string(e.policy)),
                        program::concat("take fifo with a priority below ", kHighestPriority));
     }
   }
-  return {deployed->plan.name, nullptr, defaults, deployed};
+  const std::string label = plan.name;
+  return {label, nullptr, defaults, Stack::native, std::move(plan), std::move(executors)};
 }
 
 std::vector<std::string> paper_executor_names() {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,8 +9,6 @@
 #include "hotpath/reference_system/deployment.hpp"
 
 namespace hotpath::setup {
-
-struct Deployed;
 
 /// The software stack of a live run.
 enum class Stack : std::uint8_t {
@@ -27,25 +24,22 @@ struct ExecutorSpec {
   std::string label;                     ///< As given; the column `executor`.
   const ExecutorEntry* entry = nullptr;  ///< nullptr: a deployment.
   SchedulerOptions scheduler;
-  std::shared_ptr<const Deployed> deployment;
   Stack stack = Stack::native;
+  Deployment plan = {};                      ///< A single executor has all tasks, and is in no list.
+  std::vector<ExecutorSpec> executors = {};  ///< Those of `plan`.
   /// In a deployment: its name, threads and process, and the number of its first worker in a run.
   DeployedExecutor place = {};
   std::uint32_t first_worker = 0;
 };
 
-/// A deployment with its parsed executors.
-struct Deployed {
-  Deployment plan;
-  std::vector<ExecutorSpec> executors;  ///< By place, one of plan.executors.
-};
-
 /// All executors of `spec`: one, or the executors of the deployment.
-[[nodiscard]] std::span<const ExecutorSpec> parts(const ExecutorSpec& spec);
+[[nodiscard]] inline std::span<const ExecutorSpec> parts(const ExecutorSpec& spec) {
+  return spec.entry ? std::span(&spec, 1) : std::span(spec.executors);
+}
 
 /// The index in parts() of the executor that has the task.
 [[nodiscard]] inline std::uint32_t executor_of(const ExecutorSpec& spec, TaskId task) {
-  return spec.deployment ? spec.deployment->plan.executor_of[task] : 0;
+  return spec.entry ? 0 : spec.plan.executor_of[task];
 }
 
 /// The threads of an executor that is no deployment, without its timer thread.

@@ -18,7 +18,7 @@ namespace hotpath::setup {
 namespace {
 
 results::DeploymentRecord record_of(const ExecutorSpec& spec, const TaskSet& set) {
-  results::DeploymentRecord record{spec.label, spec.deployment->plan.file, {}};
+  results::DeploymentRecord record{spec.label, spec.plan.file, {}};
   for (const ExecutorSpec& part : parts(spec))
     record.executors.push_back(
         {part.place, part.first_worker, worker_count(*part.entry, part.scheduler), {}});
@@ -43,7 +43,7 @@ results::RunRecord record_of(const CommonOptions& options, const Graph& graph, c
   record.work = graph.work;
   for (const ExecutorSpec& e : executors) {
     record.executors.push_back(e.label);
-    if (e.deployment) record.deployments[e.label] = record_of(e, set);
+    if (!e.entry) record.deployments[e.label] = record_of(e, set);
   }
   record.entity_order = options.entity_order.text();
   record.entity_tasks.clear();
@@ -103,7 +103,7 @@ std::vector<results::BoundRecord> timer_bounds(const Graph& graph, const GraphTa
   std::vector<results::BoundRecord> bounds;
   if (!results::timers_only(tasks.set)) return bounds;
   for (const ExecutorSpec& executor : executors) {
-    const auto all = executor.deployment ? std::nullopt : guarantees(graph, tasks, executor);
+    const auto all = executor.entry ? guarantees(graph, tasks, executor) : std::nullopt;
     for (TaskId id = 0; all && id < tasks.set.size(); ++id) {
       if (const auto& bound = all->tasks[id])
         bounds.push_back({executor.label, tasks.set[id].name, Duration(bound->ns), bound->method});

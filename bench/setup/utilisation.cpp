@@ -102,8 +102,8 @@ std::vector<Threads> threads_of(const Graph& graph, const ExecutorSpec& spec, co
     const bool raised = live != nullptr && live->timers ? is_real_time(*live->timers)
                                                         : make_platform(graph, *part.entry).raised_releaser;
     Threads& threads = all.emplace_back();
-    threads.server.name = spec.deployment ? "executor " + plan.name : "it";
-    threads.timers.name = (spec.deployment ? threads.server.name + "'s" : "its") + " timer thread";
+    threads.server.name = spec.entry ? "it" : "executor " + plan.name;
+    threads.timers.name = (spec.entry ? "its" : threads.server.name + "'s") + " timer thread";
     threads.count = job_threads(part);
     threads.server.at_once =
         std::min(threads.count, plan.processors.empty() ? graph.platform.cores

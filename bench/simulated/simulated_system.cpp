@@ -75,8 +75,8 @@ class Parts {
 }  // namespace
 
 System::System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphTasks& tasks)
-    : executor_of_(spec.deployment ? spec.deployment->plan.executor_of
-                                   : std::vector<std::uint32_t>(tasks.set.size(), 0)) {
+    : executor_of_(spec.plan.executor_of) {
+  executor_of_.resize(tasks.set.size());
   const std::span<const setup::ExecutorSpec> all = setup::parts(spec);
   const std::vector<DeployedThread> threads = setup::threads_of(graph, spec);
   Parts parts(tasks.set, executor_of_, all.size());
@@ -92,8 +92,7 @@ System::System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphT
     std::set<std::uint32_t> nodes;
     for (const TaskId id : parts.tasks(e)) nodes.insert(tasks.origin[id].node);
     executor.other_entities = kEntitiesOfANode * static_cast<std::uint32_t>(nodes.size());
-    SimulatedThread thread;
-    if (spec.deployment) thread = thread_of(threads[e], all[e].place, spec.deployment->plan.file);
+    const SimulatedThread thread = thread_of(threads[e], all[e].place, spec.plan.file);
     for (const WorkerRole role : executor.scheduler->workers()) {
       executor.threads.push_back(thread);
       if (role == WorkerRole::timer_management) executor.threads.back().priority = threads[e].timers_priority;

@@ -117,7 +117,7 @@ TEST(Candidates, FollowFromTraitsGraphAndCores) {
   for (const char* name : {"multi:2", "cbg:2", "fp-ro", "chain-first", "cie:chain", "isolated"})
     EXPECT_TRUE(two.contains(name)) << name;
   std::set<int> priorities;  // rise along the chain
-  for (const DeployedExecutor& e : two.at("cie:chain").spec.deployment->plan.executors)
+  for (const DeployedExecutor& e : two.at("cie:chain").spec.plan.executors)
     EXPECT_TRUE(e.policy.ordinary() || priorities.insert(e.policy.priority).second) << e.name;
   EXPECT_FALSE(candidates_of(graph_named("timers_only_60")).contains("fp-ro:chain"));
 }
@@ -140,7 +140,7 @@ TEST(Candidates, LeaveNodesInTheirProcesses) {
   for (const char* name : {"two", "each:fp-ro:chain", "each:rm-ro"}) EXPECT_TRUE(candidates.contains(name));
   for (const char* name : {"rm-ro", "fp-ro:chain", "chain-first"}) EXPECT_FALSE(candidates.contains(name));
   const advise::Candidate& c = candidates.at("each:rm-ro");
-  EXPECT_EQ(c.spec.deployment->plan.executors[1].process, 1U);
+  EXPECT_EQ(c.spec.plan.executors[1].process, 1U);
   ASSERT_FALSE(advise::write_executor_files(c, c.graph.platform, "", removed.path()).empty());
   EXPECT_THAT(read_text_file((removed.path() / "executor.yaml").string()),
               HasSubstr("executor: rm-ro\nthreads: 1\n"));

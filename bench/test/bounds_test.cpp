@@ -48,7 +48,7 @@ class BoundCase {
   CaseResult check() {
     phases_known_ = chance(random_, 25);
     draw_phases(random_, graph_, tasks_);
-    if (phases_known_ && !executor_.deployment && seed_ % 3 == 0) draw_uncertainty();
+    if (phases_known_ && executor_.entry && seed_ % 3 == 0) draw_uncertainty();
     bounds_ = bounds();
     const bool any = std::ranges::any_of(bounds_, [](const GraphBounds& b) { return !b.refusal; });
     if (!any) return {};
@@ -99,7 +99,7 @@ class BoundCase {
     callbacks_ = bounds::callback_graph(graph_, tasks_, phases_known_);
     if ((also_covers_ & static_cast<std::uint32_t>(Assumption::any_delivery)) != 0)
       callbacks_.delivery_known = true;
-    if (executor_.deployment) return setup::bounds_of(graph_, callbacks_, executor_);
+    if (!executor_.entry) return setup::bounds_of(graph_, callbacks_, executor_);
     if (uncertainty_ > Duration{}) forget_phases();
     SchedulerOptions scheduling = executor_.scheduler;
     if ((also_covers_ & static_cast<std::uint32_t>(Assumption::service_wait)) != 0)

@@ -181,8 +181,8 @@ std::optional<Trace> simulated(const Graph& graph, const GraphTasks& given,
 
 std::string deployment_text(const setup::ExecutorSpec& executor, const TaskSet& set) {
   std::string all;
-  for (TaskId id = 0; executor.deployment && id < set.size(); ++id) {
-    const Deployment& plan = executor.deployment->plan;
+  for (TaskId id = 0; !executor.entry && id < set.size(); ++id) {
+    const Deployment& plan = executor.plan;
     const DeployedExecutor& e = plan.executors[plan.executor_of[id]];
     all +=
         program::concat("\n", set[id].name, " of ", set[id].wcet.count(), " ns: ", e.name, " ", e.executor,

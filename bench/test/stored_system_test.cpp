@@ -70,7 +70,7 @@ TEST_F(StoredSystemTest, HasTheThreadsOfItsDeployments) {
   plan.executor_of.assign(tasks_.set.size(), 0);
   plan.executor_of.back() = 1;
   const setup::StoredSystem system = stored(record({setup::deploy(plan, {})}));
-  const Deployment& read = system.executor("two").deployment->plan;
+  const Deployment& read = system.executor("two").plan;
   EXPECT_EQ(read.executor_of, plan.executor_of);
   EXPECT_EQ(read.processes.size(), 2U);
   ASSERT_EQ(read.executors.size(), 2U);

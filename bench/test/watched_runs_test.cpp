@@ -49,7 +49,7 @@ class PlantedTimes final : public ExecutionTimes {
 class SimulatedFacts {
  public:
   SimulatedFacts(const setup::ExecutorSpec& executor, const Trace& trace, const ExecutionTimes& times) {
-    if (!executor.deployment) return;
+    if (executor.entry) return;
     for (const setup::ExecutorSpec& part : setup::parts(executor)) {
       watch::ThreadFacts facts{.process = kProcess, .policy = part.place.policy};
       facts.processors = part.place.processors;
@@ -129,7 +129,7 @@ class WatchedCase {
       const std::uint32_t workers = worker_count(*part.entry, part.scheduler);
       run.polled.insert(run.polled.end(), workers, imports::emits_waits(part.entry->traits));
       run.states_jobs.insert(run.states_jobs.end(), workers, states_jobs(part));
-      if (executor_.deployment) run.processors.insert(run.processors.end(), workers, part.place.processors);
+      run.processors.insert(run.processors.end(), workers, part.place.processors);
     }
     return run;
   }
@@ -190,8 +190,8 @@ class WatchedCase {
   /// trace does not tell in which order two threads do so at one instant.
   bool splits_a_node() const {
     std::map<std::uint32_t, std::uint32_t> executor_of_node;
-    for (TaskId task = 0; executor_.deployment && task < tasks_.set.size(); ++task) {
-      const std::uint32_t executor = executor_.deployment->plan.executor_of[task];
+    for (TaskId task = 0; !executor_.entry && task < tasks_.set.size(); ++task) {
+      const std::uint32_t executor = executor_.plan.executor_of[task];
       if (executor_of_node.try_emplace(tasks_.origin[task].node, executor).first->second != executor)
         return true;
     }
@@ -224,8 +224,7 @@ class WatchedCase {
     }
     const std::vector<ChainIndex> chains = index_chains(graph_, tasks_);
     // Other threads may displace a thread between the call of a timer and the start of its job.
-    const bool exact_ages =
-        !executor_.deployment || std::ranges::all_of(setup::parts(executor_), states_jobs);
+    const bool exact_ages = executor_.entry || std::ranges::all_of(setup::parts(executor_), states_jobs);
     for (std::size_t c = 0; c < outputs.size(); ++c) {
       const watch::ObservedChain& seen = observer.chains()[c];
       if (is_unseen(chains[c])) continue;

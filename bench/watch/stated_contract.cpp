@@ -56,11 +56,10 @@ std::vector<CallbackContract> named_callbacks(const Graph& graph, const GraphTas
 ObservedSystem observed_system(const Graph& graph, const GraphTasks& tasks,
                                const setup::ExecutorSpec& executor,
                                const std::optional<bounds::Guarantees>& bounds) {
-  const Deployment* const plan = executor.deployment ? &executor.deployment->plan : nullptr;
   const std::size_t count = tasks.set.size();
-  ObservedSystem system{tasks.set, setup::threads_of(graph, executor),
-                        plan ? plan->executor_of : std::vector<std::uint32_t>(count),
+  ObservedSystem system{tasks.set, setup::threads_of(graph, executor), executor.plan.executor_of,
                         make_platform(graph, *setup::parts(executor).front().entry)};
+  system.executor_of.resize(count);
   system.responses.resize(count);
   system.always.resize(count);
   for (TaskId task = 0; task < count; ++task) {
@@ -208,7 +207,7 @@ std::vector<Group> threads_of(const ObservedSystem& system, const setup::Executo
     for (TaskId task = 0; task < system.set.size(); ++task)
       if (system.executor_of[task] == e) thread.callbacks.push_back(task);
     if (thread.callbacks.empty()) continue;
-    if (executor.deployment) {
+    if (!executor.entry) {
       const DeployedExecutor& plan = setup::parts(executor)[e].place;
       thread.name = plan.name;
       thread.terms.push_back({.clause = Clause::policy, .policy = plan.policy});
