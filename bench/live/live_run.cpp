@@ -204,11 +204,7 @@ class LiveRun {
     setup::set_phases(p.tasks.set,
                       setup::phases_of_repetition(options_, graph_, plan_.tasks, executor, repetition));
     p.repetition = repetition;
-    if (options_.live) {
-      json facts = run_;
-      facts.erase("runs");
-      p.publishing = {setup::seconds(options_.warm_up_s), facts.dump()};
-    }
+    if (options_.live) p.published = &run_;
     return p;
   }
 
@@ -266,7 +262,7 @@ class LiveRun {
     results::RepetitionRecord& run =
         run_.runs.emplace_back(results::record_of(p.tasks.set, counting_.chains, result.repetition));
     run.thread_policies = result.policies;
-    run.published = p.publishing.has_value();
+    run.published = p.published != nullptr;
     run.failure = result.failure;
     const auto raises = [](const setup::ExecutorSpec& e) { return e.entry->traits.raises_timer_thread; };
     const bool wanted_real_time = std::ranges::any_of(setup::parts(p.executor), raises) && !p.timer_policy;

@@ -17,7 +17,7 @@
 
 namespace hotpath::live {
 
-/// The process that publishes a repetition while it runs (`plan.publishing`), from its fork to its
+/// The process that publishes a repetition while it runs (`plan.published`), from its fork to its
 /// end. It reads the records of the measured processes in `memories` and yields to all other
 /// processes (nice 19). Messages with the coordinator: `matched` when it is ready, then `begin`,
 /// then `stop` with the end of the run, then `done` with the number of lost chain samples. Returns

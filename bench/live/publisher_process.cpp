@@ -7,6 +7,7 @@
 
 #include "hotpath/live/clock.hpp"
 #include "live/publisher.hpp"
+#include "setup/run_setup.hpp"
 #include "telemetry/run_statistics.hpp"
 #include "telemetry/telemetry_writers.hpp"
 #include "telemetry/trace_tail.hpp"
@@ -24,17 +25,6 @@ constexpr int kNice = 19;
 /// Time for the last samples to reach their readers.
 constexpr Duration kFlush = std::chrono::seconds(1);
 
-telemetry::RunInfo run_info(const Plan& plan, std::int64_t epoch_ns) {
-  telemetry::RunInfo info =
-      telemetry::make_run_info(*plan.graph, plan.executor.label, plan.repetition, epoch_ns);
-  info.transport(to_string(plan.transport));
-  if (is_dds(plan.transport)) info.topic_prefix(plan.fastdds.topic_prefix);
-  info.origin("live");
-  info.speed(1);
-  info.facts(plan.publishing->facts);
-  return info;
-}
-
 /// Sends the records of one repetition to the writers.
 class Sender {
  public:
@@ -45,10 +35,12 @@ class Sender {
         writers_(writers),
         tail_(memories),
         join_(index_chains(*plan.graph, plan.tasks), plan.tasks.set.size()),
-        info_(run_info(plan, telemetry::unix_ns(epoch - now()))),
-        statistics_(*plan.graph, plan.tasks, info_, epoch, plan.publishing->warm_up),
-        counted_from_(epoch + plan.publishing->warm_up),
+        info_(telemetry::make_run_info(*plan.graph, *plan.published, plan.executor.label, plan.repetition,
+                                       telemetry::unix_ns(epoch - now()))),
+        counted_from_(epoch + setup::seconds(plan.published->warm_up_s)),
+        statistics_(*plan.graph, plan.tasks, info_, epoch, counted_from_ - epoch),
         end_(end) {
+    if (is_dds(plan.transport)) info_.topic_prefix(plan.fastdds.topic_prefix);
     writers_.publish(info_);
   }
 
@@ -102,9 +94,9 @@ class Sender {
   telemetry::Writers& writers_;
   telemetry::TraceTail tail_;
   ChainJoin join_;
-  const telemetry::RunInfo info_;
-  telemetry::RunStatistics statistics_;
+  telemetry::RunInfo info_;
   const Time counted_from_;
+  telemetry::RunStatistics statistics_;
   Time end_;
   std::vector<ChainObservation> pending_;
 };

@@ -68,7 +68,7 @@ class Coordinator {
 
   /// If the publisher cannot start, the run continues without it.
   void start_publisher() {
-    if (!plan_.publishing || !result_.failure.empty()) return;
+    if (plan_.published == nullptr || !result_.failure.empty()) return;
     publisher_.emplace(fork_process([&](const Channel& coordinator) {
       children_.clear();
       return run_publisher_process(plan_, memories_, coordinator);

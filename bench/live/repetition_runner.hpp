@@ -14,12 +14,6 @@
 
 namespace hotpath::live {
 
-/// How a repetition is published while it runs.
-struct Publishing {
-  Duration warm_up{};  ///< From the epoch; its latencies and response times are left out.
-  std::string facts;   ///< telemetry::RunInfo::facts.
-};
-
 /// Additional settings of a repetition on the real ROS 2 stack.
 struct RclcppPlan {
   std::string runner;  ///< Path of the program.
@@ -39,7 +33,8 @@ struct Plan : results::LiveSettings {
   Duration length{};                             ///< From the epoch to the end, warm-up included.
   Duration time_out = std::chrono::seconds(20);  ///< Of answers, and of the set-up of small graphs.
   RclcppPlan rclcpp;                             ///< For Stack::rclcpp.
-  std::optional<Publishing> publishing;          ///< By a separate process; none: the run is not published.
+  /// Of the run whose repetitions a separate process publishes while they run; nullptr: none does.
+  const results::RunRecord* published = nullptr;
 };
 
 struct Result {

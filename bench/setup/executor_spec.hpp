@@ -25,7 +25,7 @@ struct ExecutorSpec {
   const ExecutorEntry* entry = nullptr;  ///< nullptr: a deployment.
   SchedulerOptions scheduler;
   Stack stack = Stack::native;
-  Deployment plan = {};                      ///< A single executor has all tasks, and is in no list.
+  Deployment plan = {};                      ///< A single executor has all tasks: only a description.
   std::vector<ExecutorSpec> executors = {};  ///< Those of `plan`.
   /// In a deployment: its name, threads and process, and the number of its first worker in a run.
   DeployedExecutor place = {};

@@ -109,7 +109,10 @@ class Replay {
     writers.await_reader(kDiscovery);
 
     const auto started = now();
-    const telemetry::RunInfo info = run_info();
+    telemetry::RunInfo info =
+        make_run_info(system_.graph, run_.record(), executor_, options_.repetition, unix_ns(Time{} - start_));
+    info.origin("replay");
+    info.speed(speed_);
     writers.publish(info);
     RunStatistics statistics(system_.graph, tasks_, info, Time{}, run_.warm_up());
     advance(start_ - Duration(1), statistics, nullptr);
@@ -141,19 +144,6 @@ class Replay {
 
  private:
   Duration real_time(Time until) const { return from_ms(to_ms(until - start_) / speed_); }
-
-  telemetry::RunInfo run_info() const {
-    telemetry::RunInfo info =
-        make_run_info(system_.graph, executor_, options_.repetition, unix_ns(Time{} - start_));
-    const results::RunRecord& record = run_.record();
-    info.transport(record.live ? to_string(record.live->transport) : "simulated");
-    info.origin("replay");
-    info.speed(speed_);
-    nlohmann::json facts = record;
-    facts.erase("runs");
-    info.facts(facts.dump());
-    return info;
-  }
 
   /// `writers` is nullptr before the start: jobs count, chains do not.
   void advance(Time now, RunStatistics& statistics, Writers* writers) {

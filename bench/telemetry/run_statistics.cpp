@@ -2,6 +2,7 @@
 #include "telemetry/run_statistics.hpp"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "hotpath/core/accounting.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
@@ -11,7 +12,8 @@
 
 namespace hotpath::telemetry {
 
-telemetry::RunInfo make_run_info(const Graph& graph, const std::string& executor, std::uint32_t repetition,
+telemetry::RunInfo make_run_info(const Graph& graph, const results::RunRecord& run,
+                                 const std::string& executor, std::uint32_t repetition,
                                  std::int64_t epoch_ns) {
   telemetry::RunInfo info;
   info.run_id(program::concat(epoch_ns, "-", executor, "-", repetition));
@@ -19,6 +21,12 @@ telemetry::RunInfo make_run_info(const Graph& graph, const std::string& executor
   info.executor(executor);
   info.repetition(repetition);
   info.epoch_ns(epoch_ns);
+  info.transport(run.live ? to_string(run.live->transport) : "simulated");
+  info.origin("live");
+  info.speed(1);
+  nlohmann::json facts = run;
+  facts.erase("runs");
+  info.facts(facts.dump());
   const std::vector<GraphPosition> positions = graph_layout(graph);
   for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
     const Node& node = graph.nodes[n];

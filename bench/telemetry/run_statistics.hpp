@@ -9,13 +9,15 @@
 #include "hotpath/core/trace.hpp"
 #include "hotpath/reference_system/graph.hpp"
 #include "program/latency_histogram.hpp"
+#include "results/run_record.hpp"
 
 namespace hotpath::telemetry {
 
-/// Describes one repetition and its graph: nodes with a layout, connections and chains. The caller
-/// fills in the other fields. The `run_id` is unique per repetition, also among concurrent runs.
-[[nodiscard]] telemetry::RunInfo make_run_info(const Graph& graph, const std::string& executor,
-                                               std::uint32_t repetition, std::int64_t epoch_ns);
+/// Describes one repetition of a live run and its graph: nodes with a layout, connections and chains.
+/// The `run_id` is unique per repetition, also among concurrent runs.
+[[nodiscard]] telemetry::RunInfo make_run_info(const Graph& graph, const results::RunRecord& run,
+                                               const std::string& executor, std::uint32_t repetition,
+                                               std::int64_t epoch_ns);
 
 /// Unix time, in nanoseconds, of the time point `from_now` after now.
 [[nodiscard]] std::int64_t unix_ns(Duration from_now);

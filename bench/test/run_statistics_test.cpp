@@ -137,7 +137,7 @@ TEST_F(RunStatisticsTest, JobsOfTheWarmUpAndJobsThatOnlyStoreASampleCountButDoNo
 }
 
 TEST(RunInfo, NamesNodesEdgesAndChainsOfTheGraph) {
-  const telemetry::RunInfo info = telemetry::make_run_info(small_graph(), "rm-ro", 0, 0);
+  const telemetry::RunInfo info = telemetry::make_run_info(small_graph(), {}, "rm-ro", 0, 0);
   EXPECT_EQ(info.graph(), "small");
   ASSERT_EQ(info.nodes().size(), 3U);
   EXPECT_EQ(info.nodes()[1].name(), "Planner");
