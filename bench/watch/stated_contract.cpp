@@ -200,22 +200,27 @@ std::vector<Group> chains_of(const Graph& graph, const GraphTasks& tasks,
   return all;
 }
 
-std::vector<Group> threads_of(const ObservedSystem& system, const setup::ExecutorSpec& executor) {
+/// `system`: nullptr for threads that a trace tells of.
+std::vector<Group> threads_of(const setup::ExecutorSpec& executor, const TaskSet& set,
+                              const ObservedSystem* system) {
   std::vector<Group> all;
-  for (std::size_t e = 0; e < system.threads.size(); ++e) {
+  for (std::uint32_t e = 0; e < setup::parts(executor).size(); ++e) {
     Group thread{executor.label};
-    for (TaskId task = 0; task < system.set.size(); ++task)
-      if (system.executor_of[task] == e) thread.callbacks.push_back(task);
+    for (TaskId task = 0; task < set.size(); ++task)
+      if (executor_of(executor, task) == e) thread.callbacks.push_back(task);
     if (thread.callbacks.empty()) continue;
     if (!executor.entry) {
       const DeployedExecutor& plan = setup::parts(executor)[e].place;
       thread.name = plan.name;
-      thread.terms.push_back({.clause = Clause::policy, .policy = plan.policy});
+      // A trace does not tell the ordinary policy from others that never displaced a thread.
+      if (system || !plan.policy.ordinary())
+        thread.terms.push_back({.clause = Clause::policy, .policy = plan.policy});
       if (!plan.processors.empty())
         thread.terms.push_back({.clause = Clause::processors, .processors = plan.processors});
     }
     // Others of the contract may let them wait for any time.
-    if (never_waits(system, e)) thread.terms.push_back({Clause::wait, kWait.count()});
+    if (!system || never_waits(*system, e))
+      thread.terms.push_back({Clause::wait, (system ? kWait : kRecordedWait).count()});
     all.push_back(std::move(thread));
   }
   return all;
@@ -227,7 +232,7 @@ Contract stated_contract(const Graph& graph, const GraphTasks& tasks, const setu
   const auto bounds = setup::guarantees(graph, tasks, executor);
   const ObservedSystem system = observed_system(graph, tasks, executor, bounds);
   Contract contract{named_callbacks(graph, tasks), chains_of(graph, tasks, bounds),
-                    threads_of(system, executor)};
+                    threads_of(executor, tasks.set, &system)};
   for (TaskId task = 0; task < tasks.set.size(); ++task)
     contract.callbacks[task].terms = terms_of(system, task, tasks.callbacks[task]);
   const auto premises = setup::premises(graph, tasks.set, executor, false);
@@ -245,26 +250,17 @@ Contract recorded_contract(const guarantees::AnalyzeOptions& options, double mar
              program::joined(run.executors(), ", "));
   run.load(tasks.set);
   const setup::ExecutorSpec& executor = system.executors.front();
-  const ObservedSystem observed = observed_system(system.graph, tasks, executor, std::nullopt);
   Contract contract{named_callbacks(system.graph, tasks), chains_of(system.graph, tasks, std::nullopt),
-                    threads_of(observed, executor)};
+                    threads_of(executor, tasks.set, nullptr)};
   const Trace& trace = run.trace(executor.label, 0);
   if (run.record().kind == results::RunKind::recorded) allow_several(contract, trace, tasks);
   const std::vector<Recorded> recorded = recorded_tasks(trace, tasks);
-  std::vector<Duration> runs(observed.threads.size());  // by executor
-  for (TaskId task = 0; task < recorded.size(); ++task)
-    runs[observed.executor_of[task]] += recorded[task].run;
-  for (TaskId task = 0; task < recorded.size(); ++task)
-    contract.callbacks[task].terms =
-        recorded_terms(recorded[task], tasks.set[task], runs[observed.executor_of[task]] - recorded[task].run,
-                       margin_percent);
-  for (Group& thread : contract.threads) {
-    std::erase_if(thread.terms, [](const Term& term) {
-      // A trace does not tell the ordinary policy from others that never displaced a thread.
-      const bool unknown = term.clause == Clause::policy && term.policy.ordinary();
-      return unknown || term.clause == Clause::wait;
-    });
-    thread.terms.push_back({Clause::wait, kRecordedWait.count()});
+  for (const Group& thread : contract.threads) {
+    Duration all{};
+    for (const TaskId task : thread.callbacks) all += recorded[task].run;
+    for (const TaskId task : thread.callbacks)
+      contract.callbacks[task].terms =
+          recorded_terms(recorded[task], tasks.set[task], all - recorded[task].run, margin_percent);
   }
   contract.assumed =
       program::concat("measured limits are the worst of ", to_ms(run.length()) / 1000, " s and ",
