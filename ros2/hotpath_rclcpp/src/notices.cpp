@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <span>
+
+#include "hotpath/core/enum_text.hpp"
 
 namespace hotpath {
 
@@ -20,8 +23,7 @@ constexpr std::size_t kNamed = 10;  ///< Callbacks that one line names.
 constexpr std::array<std::string_view, 3> kInfrastructure = {"/parameter_events", "/rosout", "/clock"};
 
 std::string listed(const std::vector<std::string>& names) {
-  std::string text;
-  for (std::size_t i = 0; i < std::min(names.size(), kNamed); ++i) text += (i > 0 ? ", " : "") + names[i];
+  std::string text = joined(std::span(names).first(std::min(names.size(), kNamed)), ", ");
   if (names.size() > kNamed) text += " and " + std::to_string(names.size() - kNamed) + " more";
   return text;
 }

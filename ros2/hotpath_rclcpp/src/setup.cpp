@@ -2,9 +2,9 @@
 #include "setup.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <stdexcept>
 
+#include "hotpath/core/enum_text.hpp"
 #include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/phases.hpp"
@@ -26,12 +26,6 @@ std::vector<std::string> known_executors() {
   return names;
 }
 
-std::string listed(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
 const ExecutorEntry& known(const std::string& name) {
   const ExecutorEntry* entry = find_executor(name);
   if (entry == nullptr) {
@@ -39,7 +33,7 @@ const ExecutorEntry& known(const std::string& name) {
   }
   if (entry->traits.family == Family::wait_set) {
     throw std::invalid_argument("executor `" + name + "` is rclcpp's own " + std::string(entry->class_name) +
-                                "; PriorityExecutor has " + listed(known_executors()));
+                                "; PriorityExecutor has " + joined(known_executors(), ", "));
   }
   return *entry;
 }
