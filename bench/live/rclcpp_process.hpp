@@ -8,7 +8,7 @@
 
 namespace hotpath::live {
 
-/// The path of hotpath_rclcpp_runner: `given`, else HOTPATH_ROS2_RUNNER, else the program of a
+/// The path of hotpath_rclcpp_runner: HOTPATH_ROS2_RUNNER, else the program of a
 /// sourced ROS 2 workspace (AMENT_PREFIX_PATH). Throws UsageError with a remedy.
 [[nodiscard]] std::string find_rclcpp_runner();
 
