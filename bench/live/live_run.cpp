@@ -74,8 +74,7 @@ class LiveRun {
     results::RunFolder folder(setup::output_folder(options_.output, graph_.name));
     program::catch_interrupts();
     for (const std::string& sentence : setup::idle_options(options_, executors_)) say(sentence);
-    const auto varies = [](const Task& task) { return task.release_jitter > Duration{}; };
-    if (std::ranges::any_of(plan_.tasks.set.tasks, varies)) {
+    if (plan_.tasks.set.has_release_jitter()) {
       say("release_jitter_ms of the graph changes nothing: live timers have the jitter of the machine");
     }
     const auto polls = [](const setup::ExecutorSpec& part) {

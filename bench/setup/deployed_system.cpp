@@ -70,8 +70,7 @@ Premises premises(const Graph& graph, const TaskSet& set, const ExecutorSpec& sp
   const auto& [longest, median, samples] = graph.platform.measured_delivery;
   const std::string most =
       samples > 0 ? concat(" us of ", samples, " samples, median ", to_us(median), " us") : " us";
-  const bool jitter =
-      std::ranges::any_of(set.tasks, [](const Task& task) { return task.release_jitter > Duration{}; });
+  const bool jitter = set.has_release_jitter();
   std::vector<std::string> kinds = {"timers"}, costs, assumed;
   for (const auto& [kind, word] : enum_texts(EntityKind{})) {
     const auto is_one = [kind = kind](const Task& task) {

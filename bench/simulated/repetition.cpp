@@ -17,11 +17,11 @@ namespace {
 /// Measures jobs and keeps none of them but, of those at both ends of chains, the ends.
 class RunTotals final : public JobSink {
  public:
-  explicit RunTotals(const Plan& plan)
+  RunTotals(const Plan& plan, const GraphTasks& tasks)
       : counted_from_(Time{} + plan.warm_up),
-        chains_(index_chains(plan.graph, plan.tasks), plan.tasks.set.size()),
-        measures_(plan.tasks.set, counted_from_, counted_from_ + plan.duration, false),
-        counts_(plan.tasks.set.size()) {}
+        chains_(index_chains(plan.graph, tasks), tasks.set.size()),
+        measures_(tasks.set, counted_from_, counted_from_ + plan.duration, false),
+        counts_(tasks.set.size()) {}
 
   void started(const JobRecord& record) override { chains_.add_start(record); }
   void ended(const JobRecord& record) override {
@@ -54,7 +54,7 @@ results::Repetition simulate_repetition(const Plan& plan, bool keeps_jobs) {
   const TaskSet& set = tasks.set;
   const System system(plan.executor, plan.graph, tasks);
   std::vector<ChainObservation> observations;
-  GraphWorkload workload(plan.graph, plan.tasks, plan.times, &observations);
+  GraphWorkload workload(plan.graph, tasks, plan.times, &observations);
   SimulationOptions options;
   options.platform = make_platform(plan.graph, *setup::parts(plan.executor).front().entry);
   options.duration = plan.warm_up + plan.duration;
@@ -67,7 +67,7 @@ results::Repetition simulate_repetition(const Plan& plan, bool keeps_jobs) {
   Trace& trace = repetition.trace;
   TraceRecorder recorder(trace);
   std::optional<RunTotals> totals;
-  if (!keeps_jobs) totals.emplace(plan);
+  if (!keeps_jobs) totals.emplace(plan, tasks);
   JobSink& sink = totals ? static_cast<JobSink&>(*totals) : recorder;
   SimulationSummary summary =
       simulate(set, system.executors(), system.executor_of(), workload, options, &sink);
@@ -86,9 +86,7 @@ results::Repetition simulate_repetition(const Plan& plan, bool keeps_jobs) {
 
 std::unique_ptr<ExecutionTimes> with_drawn_releases(std::unique_ptr<ExecutionTimes> times,
                                                     const GraphTasks& tasks, std::uint64_t seed) {
-  const auto varies = [](const Task& task) { return task.release_jitter > Duration{}; };
-  if (std::ranges::any_of(tasks.set.tasks, varies))
-    times->set_releases(std::make_unique<UniformReleases>(tasks.set, seed));
+  if (tasks.set.has_release_jitter()) times->set_releases(std::make_unique<UniformReleases>(tasks.set, seed));
   return times;
 }
 

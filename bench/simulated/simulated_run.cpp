@@ -152,9 +152,8 @@ class SimulatedRun {
 
   /// Whether execution times or releases depend on the seed.
   bool draws() const {
-    const auto jitters = [](const Task& task) { return task.release_jitter > Duration{}; };
     return times_.model.value_or(ExecutionTimeModel::worst) != ExecutionTimeModel::worst ||
-           std::ranges::any_of(tasks_.set.tasks, jitters);
+           tasks_.set.has_release_jitter();
   }
 
   const setup::ExecutorSpec& executor(std::size_t i) const { return executors_[i / options_.repetitions]; }

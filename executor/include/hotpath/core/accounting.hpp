@@ -13,7 +13,7 @@ namespace hotpath {
 /// How often each outcome occurred for one task, and the expected total.
 struct TaskAccount {
   TaskId task = kNoTask;
-  std::array<std::uint64_t, 6> count{};  ///< Indexed by Outcome.
+  std::array<std::uint64_t, enum_texts(Outcome{}).size()> count{};  ///< Indexed by Outcome.
   std::uint64_t expected = 0;  ///< Timers: timestamps in [epoch, end). Subscriptions: samples matched.
 
   std::uint64_t operator[](Outcome o) const { return count[static_cast<std::size_t>(o)]; }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -49,29 +50,29 @@ struct TimerTimes {
   friend bool operator==(const TimerTimes&, const TimerTimes&) = default;
 };
 
-/// One callback: a timer, or one subscription of a node.
+/// One callback: a timer, or one subscription of a node. What every job asks stands close together.
 struct Task : TimerTimes {
   std::string name;  ///< `Node` (timer) or `Node/topic` (subscription); unique in its set.
   TaskKind kind = TaskKind::timer;
-  /// A timer of period 0 in rcl: due again as soon as its job has ended, so at most one job is
-  /// pending. It is last in every order except given priorities, because it would use all the time.
-  /// Events schedulers only.
-  bool always_due = false;
-  Duration phase{};  ///< Timers: first timestamp, relative to the epoch of the run, >= 0.
-  /// Timers: when each job becomes ready; none: at its timestamp. Outlives the schedulers of the set.
-  const ReleaseDelays* release_delays = nullptr;
-  TaskId whole = kNoTask;  ///< In a part: the task's number in the whole set, which release_delays knows.
-  Duration wcet{};         ///< Worst-case execution time, >= 0.
-  Duration bcet{};         ///< Best-case execution time, 0 <= bcet <= wcet.
-  std::optional<std::int64_t> priority;  ///< Given fixed priority, smaller first; used by policy `fp`.
-  std::uint32_t depth = 1;               ///< Subscriptions: history depth (KEEP_LAST), >= 1.
-  std::uint32_t group = 0;               ///< Index into TaskSet::groups.
-  bool local = true;  ///< Runs in this process. Tasks of other processes only pass on their priorities.
   EntityKind entity = EntityKind::subscription;  ///< Subscriptions only.
   /// Subscriptions: under the paper's executors none of its jobs waits without limit, as requests and
   /// responses of services and actions should not (SchedulerOptions::service_wait).
   bool service = false;
-  std::vector<TaskId> feeds;  ///< Subscriptions activated by the publications of this task's jobs.
+  bool local = true;  ///< Runs in this process. Tasks of other processes only pass on their priorities.
+  /// A timer of period 0 in rcl: due again as soon as its job has ended, so at most one job is
+  /// pending. It is last in every order except given priorities, because it would use all the time.
+  /// Events schedulers only.
+  bool always_due = false;
+  std::uint32_t group = 0;  ///< Index into TaskSet::groups.
+  Duration phase{};         ///< Timers: first timestamp, relative to the epoch of the run, >= 0.
+  /// Timers: when each job becomes ready; none: at its timestamp. Outlives the schedulers of the set.
+  const ReleaseDelays* release_delays = nullptr;
+  TaskId whole = kNoTask;   ///< In a part: the task's number in the whole set, which release_delays knows.
+  std::uint32_t depth = 1;  ///< Subscriptions: history depth (KEEP_LAST), >= 1.
+  Duration wcet{};          ///< Worst-case execution time, >= 0.
+  Duration bcet{};          ///< Best-case execution time, 0 <= bcet <= wcet.
+  std::optional<std::int64_t> priority;  ///< Given fixed priority, smaller first; used by policy `fp`.
+  std::vector<TaskId> feeds;             ///< Subscriptions activated by the publications of this task's jobs.
 };
 
 /// Tasks in creation order with their callback groups.
@@ -82,6 +83,9 @@ struct TaskSet {
   const Task& operator[](TaskId id) const { return tasks[id]; }
   [[nodiscard]] TaskId size() const { return static_cast<TaskId>(tasks.size()); }
   [[nodiscard]] std::vector<TaskId> timers() const;
+  [[nodiscard]] bool has_release_jitter() const {
+    return std::ranges::any_of(tasks, [](const Task& task) { return task.release_jitter > Duration{}; });
+  }
 };
 
 /// The place of the task's kind among those that one wait finds ready: timers, subscriptions, services,

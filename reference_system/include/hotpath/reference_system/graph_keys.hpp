@@ -19,7 +19,7 @@ namespace hotpath {
 
 /// The maps in a graph file, besides the nodes of each NodeType.
 enum class KeysOf : std::uint8_t {
-  graph = 7,
+  graph = enum_texts(NodeType{}).size(),
   topic_rule,
   timer,
   subscription,
