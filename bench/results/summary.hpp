@@ -263,10 +263,10 @@ enum class Detail { short_answer, all };
 
 /// Writes the verdict(), then for each chain a table of the ages with a row per executor, each interval below
 /// its value; with `all` also its outputs, all jobs and the least regular timers. A graph without chains has
-/// a table of jobs. At most ten starved tasks per executor follow: tasks that never ran, and timers with a
-/// job that waited longer than the period; then what could mislead, such as a broken loss equation. Plain
-/// ASCII, at most 120 columns if executor names have at most 9 characters and latencies are below 1 s. `-`:
-/// not measured.
+/// a table of jobs. At most ten tasks per executor follow: those starved(), those that never ran, and timers
+/// with a job that waited longer than the period; then what could mislead, such as a broken loss equation.
+/// Plain ASCII, at most 120 columns if executor names have at most 9 characters and latencies are below 1 s.
+/// `-`: not measured.
 void write_table(std::ostream& out, const Summary& summary, Detail detail = Detail::all);
 
 /// The content of summary.json. Suffixes of the keys name the units (`_ms`, `_us`, `_s`, `_kib`,
