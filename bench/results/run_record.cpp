@@ -16,6 +16,16 @@ void fields(auto& visit, program::MaybeConst<Calibration> auto& calibration) {
   visit("disturbed", calibration.disturbed);
 }
 
+/// An element of `tasks`, which also has `reentrant` where its callback group is.
+void fields(auto& visit, program::MaybeConst<Task> auto& task) {
+  visit("task", task.name);
+  visit("kind", task.kind);
+  visit.ns("wcet_ns", task.wcet);
+  if (task.kind != TaskKind::timer) return;
+  visit.ns("period_ns", task.period);
+  visit.ns("deadline_ns", task.deadline);
+}
+
 void fields(auto& visit, program::MaybeConst<GraphPlatform> auto& platform) {
   visit("cores", platform.cores);
   visit("timer_thread", platform.timer_thread);
@@ -65,17 +75,10 @@ std::uint64_t RepetitionRecord::expected_of(const std::string& task) const {
   return found->second;
 }
 
-/// `tasks`: {task, kind, wcet_ns, reentrant}, for timers also {period_ns, deadline_ns}.
 static json tasks_json(const TaskSet& set) {
-  json tasks = json::array();
-  for (const Task& task : set.tasks) {
-    json& j = tasks.emplace_back(
-        json{{"task", task.name}, {"kind", to_string(task.kind)}, {"wcet_ns", task.wcet.count()}});
-    if (set.groups[task.group] == CallbackGroup::reentrant) j["reentrant"] = true;
-    if (task.kind != TaskKind::timer) continue;
-    j["period_ns"] = task.period.count();
-    j["deadline_ns"] = task.deadline.count();
-  }
+  json tasks = set.tasks;
+  for (TaskId id = 0; id < set.size(); ++id)
+    if (set.groups[set[id].group] == CallbackGroup::reentrant) tasks[id]["reentrant"] = true;
   return tasks;
 }
 
@@ -83,16 +86,10 @@ static TaskSet tasks_from_json(const json& tasks) {
   TaskSet set;
   set.groups = {CallbackGroup::mutually_exclusive, CallbackGroup::reentrant};
   for (const json& j : tasks) {
-    Task& task = set.tasks.emplace_back();
+    Task& task = set.tasks.emplace_back(j.get<Task>());
     task.group = j.value("reentrant", false) ? 1 : 0;
-    task.name = j.at("task").get<std::string>();
-    program::JsonFields read(j);
-    read("kind", task.kind);
-    read.ns("wcet_ns", task.wcet);
-    if (task.kind != TaskKind::timer) continue;
-    read.ns("period_ns", task.period);
-    read.ns("deadline_ns", task.deadline);
-    if (task.period == Duration{}) throw std::out_of_range("`period_ns` of " + task.name + " is 0");
+    if (task.kind == TaskKind::timer && task.period == Duration{})
+      throw std::out_of_range("`period_ns` of " + task.name + " is 0");
   }
   return set;
 }
