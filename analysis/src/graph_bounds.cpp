@@ -75,7 +75,7 @@ bool equal_timers(const TaskSet& set, Policy policy) {
 /// no event has its sample's deadline; if samples with deadlines of several timers queue, they may
 /// be swapped.
 bool mixes_deadlines(const BoundedSystem& system) {
-  if (system.executor.traits.policy != Policy::edf) return false;
+  if (!by_deadline(traits_of(system.executor.traits.policy.value_or(Policy::fifo)).levels)) return false;
   if (system.scheduling.rule == SubscriptionRule::first) return true;
   const GraphTopology topology(system.graph);
   for (TaskId id = 0; id < topology.size(); ++id) {

@@ -96,7 +96,7 @@ Duration Schedule::period_of(TaskId task) {
 }
 
 Time Schedule::deadline_of(const Entry& entry, Time inherited, Time now) {
-  if (setup_.executor->traits.policy != Policy::edf) return inherited;
+  if (!by_deadline(traits_of(setup_.executor->traits.policy.value_or(Policy::fifo)).levels)) return inherited;
   if (const auto place = place_of(entry)) return now + *place;
   if (inherited != kNever) return inherited;
   compute_upstream();
@@ -266,7 +266,7 @@ void Schedule::set_priority(const std::shared_ptr<void>& entity, std::int64_t pr
                             Time now) {
   const Policy policy = setup_.executor->traits.policy.value_or(Policy::fifo);
   const std::string error = "set_priority: executor `" + setup_.name + "` ";
-  if (policy == Policy::fifo) {
+  if (traits_of(policy).levels == Levels::arrival) {
     throw std::invalid_argument(error +
                                 "runs callbacks by arrival; only the paper's executors take priorities");
   }
@@ -292,7 +292,7 @@ void Schedule::set_priority(const std::shared_ptr<void>& entity, std::int64_t pr
 
 void Schedule::trace_priorities() {
   const Policy policy = setup_.executor->traits.policy.value_or(Policy::fifo);
-  if (policy == Policy::fifo || policy == Policy::edf || !trace::priorities_are_recorded()) return;
+  if (traits_of(policy).levels != Levels::fixed || !trace::priorities_are_recorded()) return;
   const std::vector<std::int64_t> levels = inherited_levels(set_, policy);
   traced_.resize(levels.size());
   for (const std::shared_ptr<Entry>& entry : living()) {
@@ -307,11 +307,11 @@ std::vector<std::string> Schedule::order() const {
   const std::vector<std::int64_t> levels = inherited_levels(set_, policy);
   std::vector<std::shared_ptr<Entry>> entries = living();
   const auto level = [&](const std::shared_ptr<Entry>& e) { return levels[e->number]; };
-  const bool fixed = policy != Policy::fifo && policy != Policy::edf;
+  const bool fixed = traits_of(policy).levels == Levels::fixed;
   if (fixed) std::ranges::stable_sort(entries, {}, level);
   std::vector<std::string> texts;
   for (const std::shared_ptr<Entry>& e : entries) {
-    std::string by = policy == Policy::edf ? "by deadline" : "by arrival";
+    std::string by = by_deadline(traits_of(policy).levels) ? "by deadline" : "by arrival";
     if (fixed && level(e) == std::numeric_limits<std::int64_t>::max())
       by = "last";
     else if (policy == Policy::fp)
@@ -325,9 +325,9 @@ std::vector<std::string> Schedule::order() const {
 
 bool Schedule::runs_last(const Entry& entry) const {
   const Policy policy = setup_.executor->traits.policy.value_or(Policy::fifo);
-  if (entry.number == kNoTask || policy == Policy::fifo) return false;
+  if (entry.number == kNoTask || traits_of(policy).levels == Levels::arrival) return false;
   if (setup_.scheduler.rule == SubscriptionRule::first) return false;
-  if (policy == Policy::edf) return most_urgent_timers(set_, policy)[entry.number] == kNoTask;
+  if (by_deadline(traits_of(policy).levels)) return most_urgent_timers(set_, policy)[entry.number] == kNoTask;
   return inherited_levels(set_, policy)[entry.number] == std::numeric_limits<std::int64_t>::max();
 }
 
