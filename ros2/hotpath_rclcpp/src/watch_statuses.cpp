@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "watch_statuses.hpp"
 
-#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -80,15 +79,11 @@ WatchStatus callback_status(const json& callback) {
   return status;
 }
 
-/// What a term is about: its kind is the key beside those that every term has. A callback is called
-/// by its name alone.
+/// What a term is about. A callback is called by its name alone.
 std::string subject_of(const json& term) {
-  constexpr std::array kCommon = {"term",    "limit",  "from",     "verdict",
-                                  "checked", "broken", "observed", "reason"};
-  for (const auto& [key, value] : term.items()) {
-    if (std::find(kCommon.begin(), kCommon.end(), key) == kCommon.end() && value.is_string())
-      return (key == "callback" ? "" : key + " ") + value.get<std::string>();
-  }
+  if (term.contains("callback")) return term.at("callback");
+  for (const char* const kind : {"chain", "thread", "topic"})
+    if (term.contains(kind)) return std::string(kind) + " " + term.at(kind).get<std::string>();
   throw NoReport("a term of the contract names no callback");
 }
 

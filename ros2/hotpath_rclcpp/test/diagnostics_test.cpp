@@ -111,6 +111,7 @@ TEST(Statuses, NameWhateverATermIsAbout) {
   threads.erase("callback");
   threads["thread"] = "executor";
   threads["limit"] = "fifo:80";
+  threads["advice"] = "a key of a later version";
   threads["observed"] = nullptr;
   const auto status =
       named(WatchStatuses().of(report(json::array({threads})).dump()), "hotpath contract: thread executor");
