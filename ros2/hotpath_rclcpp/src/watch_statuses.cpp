@@ -58,14 +58,7 @@ WatchStatus watcher_status(const json& report, Counts& counts) {
 }
 
 WatchStatus callback_status(const json& callback) {
-  const std::string node = callback.at("node"), kind = callback.at("kind");
-  std::string name = "hotpath watch: " + node + " (" + kind + ")";
-  if (kind == "subscription") name = "hotpath watch: " + node + " " + callback.at("topic").get<std::string>();
-  if (callback.contains("service"))
-    name = "hotpath watch: " + node + " " + callback.at("service").get<std::string>() + " (service)";
-  if (kind == "timer")
-    name = "hotpath watch: " + node + " (timer " + callback.at("period_ms").dump() + " ms)";
-  WatchStatus status{Level::ok, name, "", {}};
+  WatchStatus status{Level::ok, "hotpath watch: " + callback.at("name").get<std::string>(), "", {}};
   for (const char* const key : {"rate", "jobs", "lost"}) add(status, key, callback.at(key));
   for (const char* const key : {"execution_ms", "response_ms"}) {
     const json& value = callback.at(key);

@@ -35,9 +35,7 @@ json report(const json& terms) {
           {"late", 0},
           {"ignored_entities", 0},
           {"callbacks",
-           {{{"node", "/source"},
-             {"kind", "timer"},
-             {"period_ms", 10.0},
+           {{{"name", "/source (timer 10 ms)"},
              {"rate", 100.0},
              {"jobs", 100},
              {"lost", 0},
@@ -59,7 +57,7 @@ TEST(Statuses, NameTheWatcherCallbacksAndSubjectsOfTheContract) {
       WatchStatuses().of(report(json::array({term("source (timer)", "budget_ms", "held", 100, 0)})).dump());
   ASSERT_EQ(statuses.size(), 3U);
   EXPECT_EQ(statuses[0].name, "hotpath watch");
-  EXPECT_EQ(statuses[1].name, "hotpath watch: /source (timer 10.0 ms)");
+  EXPECT_EQ(statuses[1].name, "hotpath watch: /source (timer 10 ms)");
   EXPECT_EQ(statuses[1].message, "100.0 jobs/s");
   EXPECT_EQ(statuses[2].name, "hotpath contract: source (timer)");
   for (const WatchStatus& status : statuses) EXPECT_EQ(status.level, Level::ok) << status.name;
