@@ -135,12 +135,15 @@ void fields(auto& visit, const TimerCounts& part) {
   visit("dropped_percent", part.dropped_percent());
 }
 
-/// Samples in milliseconds and, after settle(), their quantiles.
-struct Distribution : Quantiles {
+/// Samples in milliseconds.
+struct Samples {
   /// None: not kept; then there are only their number, mean and extremes.
   std::optional<std::deque<double>> samples = std::deque<double>();
   double sum_ms = 0;  ///< Of samples that were not kept.
+};
 
+/// Samples and, after settle(), their quantiles. What a sample that is not kept changes stands together.
+struct Distribution : Samples, Quantiles {
   using Quantiles::operator=;
   void add(Duration sample) {
     const double ms = to_ms(sample);
@@ -171,9 +174,9 @@ struct Distribution : Quantiles {
 
 /// The measures of a task's jobs.
 struct TaskMeasures {
-  TimerCounts after_warm_up;  ///< Timers.
-  Duration longest_wait{};    ///< wait_of() of its jobs.
   Distribution response_ms;
+  Duration longest_wait{};    ///< wait_of() of its jobs.
+  TimerCounts after_warm_up;  ///< Timers.
   /// Response time as the paper's authors measure it (their sensor.hpp): finish minus the timer's
   /// next call as read at the start, plus its period. Only for sets without subscriptions, where
   /// the trace determines it.
