@@ -13,8 +13,8 @@
 
 namespace hotpath::telemetry {
 
-/// Describes one repetition of a live run and its graph: nodes with a layout, connections and chains.
-/// The `run_id` is unique per repetition, also among concurrent runs.
+/// Describes one repetition and its graph: nodes with a layout, connections and chains; for a replay, the
+/// caller changes origin and speed. The `run_id` is unique per repetition, also among concurrent runs.
 [[nodiscard]] telemetry::RunInfo make_run_info(const Graph& graph, const results::RunRecord& run,
                                                const std::string& executor, std::uint32_t repetition,
                                                std::int64_t epoch_ns);

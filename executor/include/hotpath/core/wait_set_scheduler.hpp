@@ -91,7 +91,7 @@ class WaitSet : public ExploredScheduler {
   }
 
   std::optional<Job> add_unread(TaskId task, const SampleInfo& sample) {
-    ready_.insert(place_[task]);
+    ready_.insert(place_[task]);  // as pop() in take() erases it
     return ExploredScheduler::add_unread(task, sample);
   }
 
