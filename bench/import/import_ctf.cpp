@@ -54,7 +54,7 @@ void write_run(const Imported& imported, const fs::path& output, const char* nam
   results::Repetition repetition;
   repetition.trace = rows;
   repetition.trace.chains = results::counted_chains(rows, Time{});
-  repetition.accounts = account(set, repetition.trace);
+  repetition.expected = expected_jobs(set, rows);
   results::RunFolder folder(output / name);
   folder.append(set, setup::chain_names(best.graph), repetition.trace);
   setup::keep_inputs(folder, common, load_graph(common.graph), record);

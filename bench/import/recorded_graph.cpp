@@ -266,7 +266,7 @@ class Builder {
       if (is_housekeeping(system_.topics[rule.topic].name)) continue;
       const bool set = rule.rule == PublishRule::all_new;
       if (std::ranges::count(set ? rule.of : rule.publishers, c) == 0) continue;
-      Publication p{.topic = {}, .rule = rule.rule, .of = {}, .n = rule.n, .first = rule.first};
+      Publication p{.rule = rule.rule, .n = rule.n, .first = rule.first, .of = {}, .topic = {}};
       if (const auto early = early_.find({c, rule.topic}); early != early_.end()) p.at = early->second;
       for (const std::uint32_t from : rule.of) p.of.push_back(input_of.at(from));
       std::ranges::sort(p.of);
@@ -337,7 +337,7 @@ class Builder {
         timer.release_jitter = releases.jitter;
         timer.phase = releases.first[i] - Time{};
         for (const std::string& topic_name : topics)
-          if (!published.contains(topic_name)) add_publication({.topic = topic_name, .of = {}}, node, timer);
+          if (!published.contains(topic_name)) add_publication({.of = {}, .topic = topic_name}, node, timer);
         result_.callback_of.push_back(kNone);
         node.callbacks.push_back(std::move(timer));
       }

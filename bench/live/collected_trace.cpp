@@ -108,7 +108,7 @@ Trace collected_trace(const Plan& plan, const std::deque<RunMemory>& memories, T
 std::string left_grid(const TaskSet& set, const setup::ExecutorSpec& executor,
                       const results::Repetition& repetition) {
   std::vector<OffGrid> timers(set.size());
-  for (const TaskAccount& a : repetition.accounts) {
+  for (const TaskAccount& a : account(set, repetition.trace)) {
     timers[a.task].skipped = a[Outcome::skipped];
     timers[a.task].all = a.accounted();
   }

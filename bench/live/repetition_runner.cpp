@@ -221,7 +221,7 @@ class Coordinator {
     results::Repetition& r = result_.repetition;
     r.trace = began_ ? collected_trace(plan_, memories_, epoch_, end_) : empty_trace(plan_);
     r.usage.wall = r.trace.end - r.trace.epoch;
-    r.accounts = account(plan_.tasks.set, r.trace);
+    r.expected = expected_jobs(plan_.tasks.set, r.trace);
     if (began_) warn();
   }
 
@@ -247,7 +247,7 @@ class Coordinator {
           plan_.processes > 1 ? "; between processes DDS guarantees none" : "");
     }
     if (!result_.failure.empty()) return;
-    for (const TaskAccount& a : result_.repetition.accounts) {
+    for (const TaskAccount& a : account(plan_.tasks.set, trace)) {
       if (a.balanced()) continue;
       const Task& task = plan_.tasks.set[a.task];
       add(task.name, " accounts for ", a.accounted(), " of ", a.expected,

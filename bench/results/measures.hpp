@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "hotpath/analysis/statistics.hpp"
+#include "hotpath/core/accounting.hpp"
 #include "hotpath/core/trace.hpp"
 #include "program/json_record.hpp"
 #include "results/schedule.hpp"
@@ -172,10 +173,12 @@ struct Distribution : Samples, Quantiles {
   }
 };
 
-/// The measures of a task's jobs.
-struct TaskMeasures {
+/// The measures of a task's jobs. `account` covers the whole run with its warm-up, like the loss equations;
+/// the others exclude the warm-up. What each job changes takes few lines of the cache.
+struct alignas(64) TaskMeasures {
+  Duration longest_wait{};  ///< wait_of() of its jobs.
+  TaskAccount account;
   Distribution response_ms;
-  Duration longest_wait{};    ///< wait_of() of its jobs.
   TimerCounts after_warm_up;  ///< Timers.
   /// Response time as the paper's authors measure it (their sensor.hpp): finish minus the timer's
   /// next call as read at the start, plus its period. Only for sets without subscriptions, where
@@ -190,10 +193,11 @@ struct TaskMeasures {
   [[nodiscard]] std::array<Distribution*, 4> distributions() {
     return {&response_ms, &response_authors_ms, &period_ms, &period_deviation_ms};
   }
-  /// Adds a job of a repetition that ends at `end`.
-  void add(const Task& task, const JobRecord& r, Time counted_from, Time end) {
+  /// Adds a job of a repetition that ends at `end`; `counted`: counts() of it.
+  void add(const Task& task, const JobRecord& r, bool counted, Time counted_from, Time end) {
+    account.add(r);
     longest_wait = std::max(longest_wait, wait_of(r, counted_from, end));
-    if (counts(r, counted_from)) response_ms.add(r.response_time());
+    if (counted) response_ms.add(r.response_time());
     if (task.kind == TaskKind::timer) after_warm_up.add(task, r, counted_from, end);
   }
   void add_period(const Task& timer, Duration period) {
@@ -202,6 +206,7 @@ struct TaskMeasures {
   }
   /// Adds those of a later repetition.
   void add(TaskMeasures&& later) {
+    account += later.account;
     after_warm_up += later.after_warm_up;
     longest_wait = std::max(longest_wait, later.longest_wait);
     const auto all = distributions(), more = later.distributions();

@@ -44,7 +44,6 @@ class Repetitions {
     if (current_ == nullptr || row.repetition != current_->trace.repetition ||
         row.executor != current_->trace.executor)
       begin(std::string(row.executor), row.repetition);
-    current_->accounts[row.record.job.task].add(row.record);
     measures_->add(row.record);
   }
   void end() {
@@ -89,7 +88,7 @@ class Repetitions {
     const TaskSet& set = run_.tasks();
     run_.check([&] {
       for (TaskId id = 0; id < set.size(); ++id)
-        current_->accounts.push_back({.task = id, .expected = stored.expected_of(set[id].name)});
+        current_->expected.push_back(stored.expected_of(set[id].name));
     });
     measures_.emplace(set, Time{} + warm_up_, current_->trace.end);
   }

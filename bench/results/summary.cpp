@@ -86,17 +86,15 @@ void add_repetition(ExecutorSummary& executor, const TaskSet& set, const Repetit
     measures = of_jobs.result();
   }
   for (TaskId id = 0; id < set.size(); ++id) {
-    each.deadline_overruns += measures[id].after_warm_up.deadline_overruns;
-    executor.tasks[id].add(std::move(measures[id]));
-  }
-  for (const TaskAccount& a : r.accounts) {
-    auto& sum = executor.tasks[a.task].account.count;
-    std::ranges::transform(sum, a.count, sum.begin(), std::plus());
+    TaskAccount& a = measures[id].account;
+    a.expected = r.expected[id];
     each.skipped += a[Outcome::skipped];
     each.overwritten += a[Outcome::overwritten];
     each.never_ran += never_ran(a);
     if (!a.balanced())
-      executor.unbalanced.push_back({trace.repetition, set[a.task].name, a.accounted(), a.expected});
+      executor.unbalanced.push_back({trace.repetition, set[id].name, a.accounted(), a.expected});
+    each.deadline_overruns += measures[id].after_warm_up.deadline_overruns;
+    executor.tasks[id].add(std::move(measures[id]));
   }
 }
 
@@ -175,8 +173,8 @@ JobMeasures::JobMeasures(const TaskSet& set, Time counted_from, Time end, bool k
 void JobMeasures::add(const JobRecord& r) {
   const Task& task = set_[r.job.task];
   TaskMeasures& measures = tasks_[r.job.task];
-  measures.add(task, r, counted_from_, end_);
   const bool counted = counts(r, counted_from_);
+  measures.add(task, r, counted, counted_from_, end_);
   if (task.kind == TaskKind::timer && r.outcome == Outcome::ran)
     starts_[r.job.task].add(r, counted, [&](Duration period) { measures.add_period(task, period); });
   if (!next_calls_) return;

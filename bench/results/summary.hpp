@@ -35,7 +35,7 @@ namespace hotpath::results {
 struct Repetition {
   Trace trace;
   ProcessUsage usage;
-  std::vector<TaskAccount> accounts;        ///< account(set, trace).
+  std::vector<std::uint64_t> expected;      ///< expected_jobs(set, trace).
   std::vector<TaskMeasures> measures = {};  ///< Of jobs that the trace does not keep, by task.
 };
 
@@ -119,13 +119,10 @@ void fields(auto& visit, const ChainSummary& part) {
   return account[Outcome::ran] + account[Outcome::running] == 0 && account.accounted() > 0;
 }
 
-/// `account` covers the whole run with its warm-up, like the loss equations; the other members
-/// exclude the warm-up.
 struct TaskSummary : TaskMeasures {
   std::string task;
   TaskKind kind = TaskKind::timer;
   bool timers_only = false;  ///< The set has no subscriptions.
-  TaskAccount account;
   Duration period{};      ///< Timers.
   Duration deadline{};    ///< Timers: relative.
   double busy_share = 0;  ///< Of the runs' time, if each of its jobs takes its worst case.
@@ -248,7 +245,7 @@ struct Summary {
   std::vector<ExecutorSummary> executors;  ///< In the order of the input.
 };
 
-/// A pure function of the records. All traces and accounts refer to `set`; the traces contain only
+/// A pure function of the records. All traces refer to `set`; the traces contain only
 /// counted chain records (`counted_chains`), and those of an executor have different numbers.
 [[nodiscard]] Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs,
                                 const SummaryOptions& options);

@@ -20,18 +20,15 @@ class RunTotals final : public JobSink {
   RunTotals(const Plan& plan, const GraphTasks& tasks)
       : counted_from_(Time{} + plan.warm_up),
         chains_(index_chains(plan.graph, tasks), tasks.set.size()),
-        measures_(tasks.set, counted_from_, counted_from_ + plan.duration, false),
-        counts_(tasks.set.size()) {}
+        measures_(tasks.set, counted_from_, counted_from_ + plan.duration, false) {}
 
   void started(const JobRecord& record) override { chains_.add_start(record); }
   void ended(const JobRecord& record) override {
     chains_.add_end(record);
-    counts_[record.job.task].add(record);
     measures_.add(record);
   }
 
   void add_to(results::Repetition& repetition, const std::vector<ChainObservation>& observations) {
-    for (TaskAccount& account : repetition.accounts) account.count = counts_[account.task].count;
     for (const ChainObservation& o : observations) {
       const std::optional<Time> timestamp = chains_.sink_timestamp(o.sink);
       if (!timestamp || *timestamp >= counted_from_) repetition.trace.chains.push_back(chains_.join(o));
@@ -43,7 +40,6 @@ class RunTotals final : public JobSink {
   const Time counted_from_;
   ChainJoin chains_;
   results::JobMeasures measures_;
-  std::vector<TaskAccount> counts_;
 };
 
 }  // namespace
@@ -74,7 +70,7 @@ results::Repetition simulate_repetition(const Plan& plan, bool keeps_jobs) {
   trace.executor = plan.executor.label;
   trace.end = summary.end;
   trace.published = std::move(summary.published);
-  repetition.accounts = account(set, trace);
+  repetition.expected = expected_jobs(set, trace);
   if (totals) {
     totals->add_to(repetition, observations);
   } else {

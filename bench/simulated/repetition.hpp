@@ -24,7 +24,7 @@ struct Plan {
   std::optional<std::uint64_t> max_backlog = {};
 };
 
-/// Returns trace, accounts, and the chain records after the warm-up; without `keeps_jobs` the measures of the
+/// Returns trace, expected totals, and the chain records after the warm-up; without `keeps_jobs` the measures of the
 /// jobs instead of the jobs. Throws SimulationError, InputError.
 [[nodiscard]] results::Repetition simulate_repetition(const Plan& plan, bool keeps_jobs = true);
 

@@ -57,9 +57,7 @@ class CollectedTrace : public ::testing::Test {
     for (const JobRecord& r : trace.jobs) {
       if (std::string wrong = check.add(r); !wrong.empty()) return wrong;
     }
-    std::vector<std::uint64_t> expected;
-    for (const TaskAccount& a : account(plan.tasks.set, trace)) expected.push_back(a.expected);
-    return check.lost(expected);
+    return check.lost(expected_jobs(plan.tasks.set, trace));
   }
 
   const Graph graph = load(

@@ -36,7 +36,7 @@ void vary_rules(Graph& graph, test::Random& random) {
       if (callback.publishes.empty()) continue;
       Publication& first = callback.publishes.front();
       if (first.rule == PublishRule::always && test::chance(random, 40))
-        first = {first.topic, PublishRule::every, {}, 2};
+        first = {PublishRule::every, 2, 0, 1, {}, first.topic};
       if (first.rule != PublishRule::last_of && test::chance(random, 20)) first.at = 0.5;
       if (!test::chance(random, 40)) continue;
       Publication second;

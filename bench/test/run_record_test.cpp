@@ -107,7 +107,10 @@ TEST(RunRecord, EachKeyIsReadAsItWasWrittenAndDocumented) {
 }
 
 TEST(Summary, EachKeyIsDocumented) {
-  expect_documented(results::summarize(timer_and_subscription(), {{"default", {{}}}}, {{"chain"}, {}, {}}));
+  results::Repetition repetition;
+  repetition.expected = {0, 0};
+  expect_documented(
+      results::summarize(timer_and_subscription(), {{"default", {repetition}}}, {{"chain"}, {}, {}}));
 }
 
 TEST(RunRecord, ATimerWithoutAPeriodAndATaskOfNoKindAreRejected) {

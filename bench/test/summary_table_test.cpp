@@ -13,9 +13,9 @@ using testing::Not;
 results::LatencySummary latency(double scale) {
   results::LatencySummary l;
   l.quantiles = {
-      .n = 1500, .p50 = 21.25 * scale, .p99 = 24 * scale, .p999 = 25.5 * scale, .max = 26.125 * scale};
-  l.low = {.p50 = 21 * scale, .p99 = 23.5 * scale, .p999 = 25 * scale, .max = 25.25 * scale};
-  l.high = {.p50 = 21.5 * scale, .p99 = 24.5 * scale, .p999 = 26 * scale, .max = 26.125 * scale};
+      .n = 1500, .max = 26.125 * scale, .p50 = 21.25 * scale, .p99 = 24 * scale, .p999 = 25.5 * scale};
+  l.low = {.max = 25.25 * scale, .p50 = 21 * scale, .p99 = 23.5 * scale, .p999 = 25 * scale};
+  l.high = {.max = 26.125 * scale, .p50 = 21.5 * scale, .p99 = 24.5 * scale, .p999 = 26 * scale};
   return l;
 }
 

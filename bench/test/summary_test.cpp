@@ -45,6 +45,7 @@ results::Repetition repetition(std::uint32_t number, std::vector<JobRecord> jobs
   r.trace.end = at(500);
   r.trace.jobs = std::move(jobs);
   r.trace.chains = std::move(chains);
+  r.expected.resize(small_set().size());
   return r;
 }
 
@@ -128,7 +129,7 @@ TEST(Waits, ATaskNeverRanWhenItHadWorkAndNoJobOfItStarted) {
   results::Repetition r =
       repetition(0, {job(kLidar, 0, 0, 1, 2), job(kPoints, 0, 2, 0, 0, Outcome::overwritten),
                      job(kClusters, 0, 2, 3, 0, Outcome::running)});
-  r.accounts = account(small_set(), r.trace);
+  r.expected = expected_jobs(small_set(), r.trace);
   const results::ExecutorSummary s = summary_of({r});
   EXPECT_TRUE(s.tasks[kPoints].never_ran());
   EXPECT_FALSE(s.tasks[kLidar].never_ran());
@@ -220,7 +221,7 @@ TEST(Counts, FollowTheAccountsOfAllRepetitionsWithTheWarmUp) {
         number, {skipping, job(kPlanner, 3, 300, 300, 310), job(kPlanner, 4, 400, 0, 0, Outcome::queued),
                  job(kPoints, 1, 200, 270, 271), job(kPoints, 0, 100, 0, 0, Outcome::overwritten)});
     r.trace.published = {0, 2, 2, 0};
-    r.accounts = account(small_set(), r.trace);
+    r.expected = expected_jobs(small_set(), r.trace);
     repetitions.push_back(std::move(r));
   }
   const results::ExecutorSummary s = summary_of(std::move(repetitions), options(450));
@@ -271,7 +272,7 @@ TEST(Usage, CpuTimePerExecutedCallbackOverAllRepetitions) {
     r.usage.peak_memory_kib = 2000 - number;
     r.usage.involuntary_switches = 3;
     r.usage.wall = milliseconds(1);
-    r.accounts = account(small_set(), r.trace);
+    r.expected = expected_jobs(small_set(), r.trace);
     repetitions.push_back(std::move(r));
   }
   const results::ExecutorSummary s = summary_of(std::move(repetitions));
@@ -302,7 +303,7 @@ TEST(SummaryJson, IsValidWithoutAnySample) {
 
 TEST(SummaryJson, NamesUnitsInItsKeys) {
   results::Repetition r = repetition(0, {job(kLidar, 0, 0, 1, 2)}, {output(0, 21.5, 30)});
-  r.accounts = account(small_set(), r.trace);
+  r.expected = expected_jobs(small_set(), r.trace);
   r.usage.cpu_time = milliseconds(250);
   r.usage.wall = milliseconds(500);
   r.usage.others = milliseconds(50);

@@ -91,6 +91,7 @@ ChainLanes::ChainLanes(const std::vector<ChainIndex>& chains, const Next& next) 
     if (!has_lanes) continue;
     edges_.push_back(std::move(edges));
   }
+  if (lanes_.empty()) begins_.clear();
 }
 
 TaskId ChainLanes::entry(std::uint32_t chain, std::size_t source, TaskId task) const {

@@ -10,7 +10,7 @@
 
 namespace hotpath {
 
-void SimulatedMessagePool::give_back(SimulatedMessage& message) { free_.push_back(&message); }
+void SimulatedMessage::give_back() { unused_->push_back(this); }
 
 Platform make_platform(const Graph& graph, const ExecutorEntry& executor) {
   Platform p = graph.platform;
@@ -120,9 +120,11 @@ Duration GraphWorkload::start(const Job& job, Time now) {
   Running& running = running_[busy_++];
   SimulatedSample sample;
   if (origin.input) sample = take(job.task, job.sequence);
-  node_of(job.task).start(origin.callback, job.ref(), std::move(sample), now, running);
+  Logic& node = node_of(job.task);
+  node.start(origin.callback, job.ref(), std::move(sample), now, running);
   const Duration time = running.works ? times_.of(job) : Duration{};
-  running.early = tasks_.callbacks[job.task].publishes_early();
+  running.early = false;
+  for (std::size_t i = 0; i < running.messages.size(); ++i) running.early |= node.share(running, i) < 1;
   if (!running.early) return time;
   running.time = time;
   running.done = Duration{};
@@ -143,7 +145,7 @@ std::span<const TaskId> GraphWorkload::finish(const Job& job, const Task&, Time)
 
 void GraphWorkload::publish(Running& job, std::size_t index) {
   SimulatedMessage& message = pool_->take();
-  SimulatedSample sample(*pool_, message);
+  SimulatedSample sample(message);
   node_of(job.ref.task).finish(job, index, message);
   observe(message, job);
   const std::vector<TaskId>& readers = tasks_.readers[job.ref.task][job.messages[index].publication];

@@ -8,14 +8,19 @@ std::uint64_t timestamps_in(const Task& timer, Time epoch, Time end) {
   return end <= first ? 0 : 1 + static_cast<std::uint64_t>((end - Duration(1) - first) / timer.period);
 }
 
-std::vector<TaskAccount> account(const TaskSet& set, const Trace& trace) {
-  std::vector<TaskAccount> accounts(set.size());
+std::vector<std::uint64_t> expected_jobs(const TaskSet& set, const Trace& trace) {
+  std::vector<std::uint64_t> expected(set.size());
   for (TaskId id = 0; id < set.size(); ++id) {
-    accounts[id].task = id;
-    if (set[id].kind == TaskKind::timer)
-      accounts[id].expected = timestamps_in(set[id], trace.epoch, trace.end);
-    if (id < trace.published.size()) accounts[id].expected += trace.published[id];
+    if (set[id].kind == TaskKind::timer) expected[id] = timestamps_in(set[id], trace.epoch, trace.end);
+    if (id < trace.published.size()) expected[id] += trace.published[id];
   }
+  return expected;
+}
+
+std::vector<TaskAccount> account(const TaskSet& set, const Trace& trace) {
+  const std::vector<std::uint64_t> expected = expected_jobs(set, trace);
+  std::vector<TaskAccount> accounts(set.size());
+  for (TaskId id = 0; id < set.size(); ++id) accounts[id] = {.task = id, .expected = expected[id]};
   for (const JobRecord& r : trace.jobs) accounts[r.job.task].add(r);
   return accounts;
 }

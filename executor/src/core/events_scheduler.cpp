@@ -25,7 +25,7 @@ Arrival EventsScheduler::sample_arrived(TaskId task, const SampleInfo& sample, T
   Arrival arrival{executors(), unread_.push(task, job)};
   job.release = now;
   events_->push(job);
-  if (set_[task].service) services_.arrived(task, now);
+  if (services_.limits_waits() && set_[task].service) services_.arrived(task, now);
   return arrival;
 }
 

@@ -25,8 +25,8 @@ double quantile(std::span<const double> ascending, double probability);
 /// Summary of a sample, in the unit of the samples; without samples all values but `n` are NaN.
 struct Quantiles {
   std::size_t n = 0;
-  double min = kNoValue, p50 = kNoValue, p90 = kNoValue, p99 = kNoValue, p999 = kNoValue, max = kNoValue;
-  double mean = kNoValue;
+  double min = kNoValue, max = kNoValue, mean = kNoValue;
+  double p50 = kNoValue, p90 = kNoValue, p99 = kNoValue, p999 = kNoValue;
 };
 /// The quantiles of a summary: key, also in JSON, and whether a latency of several repetitions has a
 /// confidence interval of it.

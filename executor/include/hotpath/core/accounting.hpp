@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <functional>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -12,8 +14,8 @@ namespace hotpath {
 
 /// How often each outcome occurred for one task, and the expected total.
 struct TaskAccount {
-  TaskId task = kNoTask;
   std::array<std::uint64_t, enum_texts(Outcome{}).size()> count{};  ///< Indexed by Outcome.
+  TaskId task = kNoTask;
   std::uint64_t expected = 0;  ///< Timers: timestamps in [epoch, end). Subscriptions: samples matched.
 
   std::uint64_t operator[](Outcome o) const { return count[static_cast<std::size_t>(o)]; }
@@ -21,6 +23,12 @@ struct TaskAccount {
   void add(const JobRecord& r) {
     ++count[static_cast<std::size_t>(r.outcome)];
     count[static_cast<std::size_t>(Outcome::skipped)] += r.job.skipped;
+  }
+  /// Adds those of a later run.
+  TaskAccount& operator+=(const TaskAccount& later) {
+    std::ranges::transform(count, later.count, count.begin(), std::plus());
+    expected += later.expected;
+    return *this;
   }
   /// Timers: ran + skipped + queued + running. Subscriptions: ran + overwritten + queued + running.
   [[nodiscard]] std::uint64_t accounted() const {
@@ -32,9 +40,11 @@ struct TaskAccount {
 /// The number of a timer's timestamps from the epoch of a run to before `end`.
 [[nodiscard]] std::uint64_t timestamps_in(const Task& timer, Time epoch, Time end);
 
-/// The loss equations of a run, one account per task. The expected totals come from period and
-/// phase (timers) and from the publishers' counts (subscriptions), independently of the task's own
-/// records.
+/// The expected totals of a run by task: from period and phase (timers) and from the publishers' counts
+/// (subscriptions), independently of the task's own records.
+[[nodiscard]] std::vector<std::uint64_t> expected_jobs(const TaskSet& set, const Trace& trace);
+
+/// The loss equations of a run, one account per task.
 std::vector<TaskAccount> account(const TaskSet& set, const Trace& trace);
 
 }  // namespace hotpath

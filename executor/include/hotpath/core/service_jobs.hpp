@@ -19,9 +19,8 @@ class ServiceJobs {
   /// `wait` zero: no job is ever overdue.
   explicit ServiceJobs(Duration wait = {}) : wait_(wait) {}
 
-  void arrived(TaskId task, Time now) {
-    if (wait_ > Duration::zero()) waiting_.push_back({task, now});
-  }
+  [[nodiscard]] bool limits_waits() const { return wait_ > Duration::zero(); }
+  void arrived(TaskId task, Time now) { waiting_.push_back({task, now}); }
   /// The oldest job of `task` started, or its event was consumed.
   void started(TaskId task) {
     const auto oldest = std::ranges::find(waiting_, task, &Waiting::task);
@@ -45,7 +44,7 @@ class ServiceJobs {
   void started_overdue(Time now) { next_ = now + wait_; }
 
   void describe(StateWords& words) const {
-    if (wait_ == Duration::zero()) return;
+    if (!limits_waits()) return;
     words.add(next_);
     for (const Waiting& waiting : waiting_) {
       words.add(waiting.task);

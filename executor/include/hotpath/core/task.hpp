@@ -50,9 +50,8 @@ struct TimerTimes {
   friend bool operator==(const TimerTimes&, const TimerTimes&) = default;
 };
 
-/// One callback: a timer, or one subscription of a node. What every job asks stands close together.
-struct Task : TimerTimes {
-  std::string name;  ///< `Node` (timer) or `Node/topic` (subscription); unique in its set.
+/// One callback: a timer, or one subscription of a node. What every job asks stands in one line of the cache.
+struct alignas(64) Task : TimerTimes {
   TaskKind kind = TaskKind::timer;
   EntityKind entity = EntityKind::subscription;  ///< Subscriptions only.
   /// Subscriptions: under the paper's executors none of its jobs waits without limit, as requests and
@@ -69,6 +68,7 @@ struct Task : TimerTimes {
   const ReleaseDelays* release_delays = nullptr;
   TaskId whole = kNoTask;   ///< In a part: the task's number in the whole set, which release_delays knows.
   std::uint32_t depth = 1;  ///< Subscriptions: history depth (KEEP_LAST), >= 1.
+  std::string name;         ///< `Node` (timer) or `Node/topic` (subscription); unique in its set.
   Duration wcet{};          ///< Worst-case execution time, >= 0.
   Duration bcet{};          ///< Best-case execution time, 0 <= bcet <= wcet.
   std::optional<std::int64_t> priority;  ///< Given fixed priority, smaller first; used by policy `fp`.

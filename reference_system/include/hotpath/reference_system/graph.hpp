@@ -29,12 +29,12 @@ enum class PublishRule : std::uint8_t {
 /// A topic that a callback publishes, and when. The message contains the histories of the set's
 /// samples and of the sample that the job itself took.
 struct Publication {
-  std::string topic;
   PublishRule rule = PublishRule::always;
-  std::vector<std::uint32_t> of;  ///< all_new, last_of: ascending indices into the node's inputs, >= 1.
   std::uint32_t n = 1;            ///< every: >= 1.
   std::uint32_t first = 0;        ///< every: the job with the first message, in [1, n]; 0: job n.
   double at = 1;                  ///< Share of the execution time before it, in [0, 1]; 1: at the end.
+  std::vector<std::uint32_t> of;  ///< all_new, last_of: ascending indices into the node's inputs, >= 1.
+  std::string topic;
   friend bool operator==(const Publication&, const Publication&) = default;
 };
 

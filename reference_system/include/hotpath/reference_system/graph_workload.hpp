@@ -19,6 +19,9 @@ namespace hotpath {
 /// The information of a message about its data, without the bytes.
 class SimulatedMessage {
  public:
+  SimulatedMessage() = default;
+  /// `unused`: where it goes when its last holder releases it.
+  explicit SimulatedMessage(std::vector<SimulatedMessage*>& unused) : unused_(&unused) {}
   const std::vector<Stat>& history() const { return history_; }
   std::vector<Stat>& history() { return history_; }
   std::uint32_t publication() const { return publication_; }
@@ -26,9 +29,13 @@ class SimulatedMessage {
 
  private:
   friend class SimulatedSample;
+  /// Not inline: most destroyed holders are empty, and their check stays short.
+  void give_back();
+
   std::vector<Stat> history_;
   std::uint32_t publication_ = 0;
   std::uint32_t holders_ = 0;
+  std::vector<SimulatedMessage*>* unused_ = nullptr;
 };
 
 using SimulatedHistory = TaskHistory<SimulatedMessage>;
@@ -38,45 +45,38 @@ using SimulatedHistory = TaskHistory<SimulatedMessage>;
 class SimulatedMessagePool {
  public:
   SimulatedMessage& take() {
-    if (free_.empty()) free_.push_back(&all_.emplace_back());
-    SimulatedMessage& message = *free_.back();
-    free_.pop_back();
+    if (unused_.empty()) unused_.push_back(&all_.emplace_back(unused_));
+    SimulatedMessage& message = *unused_.back();
+    unused_.pop_back();
     return message;
   }
-  /// Not inline: most destroyed holders are empty, and their check stays short.
-  void give_back(SimulatedMessage& message);
 
  private:
   std::deque<SimulatedMessage> all_;
-  std::vector<SimulatedMessage*> free_;
+  std::vector<SimulatedMessage*> unused_;
 };
 
 /// A reference to a message; for one thread only.
 class SimulatedSample {
  public:
   SimulatedSample() = default;
-  SimulatedSample(SimulatedMessagePool& pool, SimulatedMessage& message) : pool_(&pool), message_(&message) {
-    ++message_->holders_;
-  }
-  SimulatedSample(const SimulatedSample& other) : pool_(other.pool_), message_(other.message_) {
+  explicit SimulatedSample(SimulatedMessage& message) : message_(&message) { ++message_->holders_; }
+  SimulatedSample(const SimulatedSample& other) : message_(other.message_) {
     if (message_) ++message_->holders_;
   }
-  SimulatedSample(SimulatedSample&& other) noexcept
-      : pool_(other.pool_), message_(std::exchange(other.message_, nullptr)) {}
+  SimulatedSample(SimulatedSample&& other) noexcept : message_(std::exchange(other.message_, nullptr)) {}
   SimulatedSample& operator=(SimulatedSample other) noexcept {
-    std::swap(pool_, other.pool_);
     std::swap(message_, other.message_);
     return *this;
   }
   ~SimulatedSample() {
-    if (message_ && --message_->holders_ == 0) pool_->give_back(*message_);
+    if (message_ && --message_->holders_ == 0) message_->give_back();
   }
 
   explicit operator bool() const { return message_ != nullptr; }
   const SimulatedMessage& operator*() const { return *message_; }
 
  private:
-  SimulatedMessagePool* pool_ = nullptr;
   SimulatedMessage* message_ = nullptr;
 };
 

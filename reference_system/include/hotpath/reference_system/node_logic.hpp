@@ -66,7 +66,7 @@ class NodeLogic {
       for (const Publication& publication : callback.publishes) {
         const std::uint32_t before = publication.first > 0 ? publication.n - publication.first : 0;
         own.publications.push_back(
-            {publication, output_of(node, publication.topic), set_of(publication), before});
+            {output_of(node, publication.topic), set_of(publication), before, 0, publication});
       }
     }
     for (std::size_t c = 0; c < callbacks.size(); ++c) {
@@ -175,11 +175,11 @@ class NodeLogic {
     std::vector<Slot> slots;  // parallel to what.of
   };
   struct OfPublication {
-    Publication what;
     std::uint32_t output = 0;
     std::uint32_t set = kNoSet;
     std::uint32_t jobs = 0;  // since the last message, of rule `every`
     std::uint32_t lost = 0;  // samples of the callback's own input, since the last message
+    Publication what;
   };
   struct OfCallback {
     bool always_works = true;
