@@ -65,12 +65,7 @@ WorkerSet ExecutorDriver::everybody() const {
 }
 
 void ExecutorDriver::wake_all() {
-  WorkerSet claimed;
-  {
-    const std::lock_guard lock(mutex_);
-    claimed = claim(everybody());
-  }
-  unpark(claimed);
+  wake_claimed([&] { return claim(everybody()); });
 }
 
 void ExecutorDriver::note_change() {
@@ -102,32 +97,17 @@ void ExecutorDriver::sleep(Lock& lock, Worker worker, Time until, WorkerSet clai
 }
 
 bool ExecutorDriver::look_after(Lock& lock, Time now, const Refresh& refresh) {
-  if (changed_.load() && changed_.exchange(false)) {
+  const auto unlocked = [&](const auto& action) {
     lock.unlock();
-    refresh();
+    action();
     lock.lock();
     return true;
-  }
-  if (!jumped_.empty()) {
-    lock.unlock();
-    release_jumped();
-    lock.lock();
-    return true;
-  }
-  if (now >= poll_at_) {
-    lock.unlock();
-    poll_cancelled();
-    lock.lock();
-    return true;
-  }
-  if (notices_.due(now)) {
-    const Notices::Lines lines = notices_.take(now, schedule_);
-    lock.unlock();
-    log(lines);
-    lock.lock();
-    return true;
-  }
-  return false;
+  };
+  if (changed_.load() && changed_.exchange(false)) return unlocked(refresh);
+  if (!jumped_.empty()) return unlocked([&] { release_jumped(); });
+  if (now >= poll_at_) return unlocked([&] { poll_cancelled(); });
+  if (!notices_.due(now)) return false;
+  return unlocked([lines = notices_.take(now, schedule_)] { log(lines); });
 }
 
 void ExecutorDriver::unpark(Lock& lock, WorkerSet claimed) {
@@ -139,7 +119,7 @@ void ExecutorDriver::unpark(Lock& lock, WorkerSet claimed) {
 
 ExecutorDriver::Started ExecutorDriver::start(Entry& entry, const Job& job) {
   Started started{job, entry.clock, {}, {}};
-  if (entry.kind == EntryKind::timer) {
+  if (entry.is_timer()) {
     if (!entry.task.always_due) started.period = entry.task.period;
     if (entry.clock != TimerClock::simulated) {
       entry.next_release = job.timestamp + entry.task.period * (1 + static_cast<std::int64_t>(job.skipped));

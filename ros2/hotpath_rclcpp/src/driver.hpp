@@ -92,7 +92,6 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   /// Wakes `claimed`, then runs the decided job without the lock. The lock is held again on return,
   /// also after an exception, and `now` is later than all instants at which others held it.
   bool run_job(Lock& lock, Worker worker, const Job& job, WorkerSet claimed, Time& now);
-  void unpark(Lock& lock, WorkerSet claimed);
   /// What a job needs of its entry's guarded part, read when it starts.
   struct Started {
     Job job;
@@ -121,7 +120,17 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   /// Releases a timer of simulated time if it is due.
   void release_simulated(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer);
 
+  void unpark(Lock& lock, WorkerSet claimed);
   WorkerSet claim(WorkerSet wake);
+  /// Calls `claims` with the lock held, and then wakes the workers that it returns.
+  void wake_claimed(const auto& claims) {
+    WorkerSet claimed;
+    {
+      const std::lock_guard lock(mutex_);
+      claimed = claims();
+    }
+    unpark(claimed);
+  }
   void unpark(WorkerSet claimed);
   WorkerSet everybody() const;
 

@@ -53,10 +53,10 @@ void describe_topic(Entry& entry, const auto& reader) {
   entry.topic = reader.get_topic_name();
   entry.id += "@Subscription(" + entry.topic + ")";
   entry.task.depth = depth(reader.get_actual_qos());
-  entry.task.service = entry.topic == kParameterEvents;
 }
 
 void describe_timer(Entry& entry, rclcpp::TimerBase& timer) {
+  entry.task.kind = TaskKind::timer;
   entry.handle = timer.get_timer_handle().get();
   std::int64_t period = 0;
   if (rcl_timer_get_period(timer.get_timer_handle().get(), &period) != RCL_RET_OK) rcl_reset_error();
@@ -78,18 +78,17 @@ std::shared_ptr<Group> make_group(const rclcpp::CallbackGroup::SharedPtr& group)
       Group{reentrant ? CallbackGroup::reentrant : CallbackGroup::mutually_exclusive, 0, 0, group});
 }
 
-std::shared_ptr<Entry> make_entry(EntryKind kind, const std::shared_ptr<void>& entity,
+/// Of a subscription without topic until it is described.
+std::shared_ptr<Entry> make_entry(const std::shared_ptr<void>& entity,
                                   const versions::NodeBase::SharedPtr& node,
                                   const std::shared_ptr<Group>& group) {
   auto entry = std::make_shared<Entry>();
-  entry->kind = kind;
   entry->entity = entity;
   entry->group = group;
   if (node) entry->node = node->get_fully_qualified_name();
-  entry->id = node ? node->get_fully_qualified_name() : "";
-  entry->task.kind = kind == EntryKind::timer ? TaskKind::timer : TaskKind::subscription;
+  entry->id = entry->node;
+  entry->task.kind = TaskKind::subscription;
   entry->task.depth = kDepthOfOthers;
-  entry->task.service = entry->task.kind == TaskKind::subscription && kind != EntryKind::subscription;
   return entry;
 }
 
@@ -220,43 +219,45 @@ void Entities::collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& foun
   const auto node = of.node.lock();
   if (!group) return;
   ByHandle<rclcpp::SubscriptionBase::SharedPtr> subscription_of;  // intra-process waitables
-  const auto add = [&](EntryKind kind, const auto& entity, const auto& describe) {
+  const auto add = [&](const auto& entity, EntityKind kind, const auto& describe) {
     if (const auto known = entries_.find(Handle(entity)); known != entries_.end()) {
       found.insert(*known);
       return;
     }
-    const auto entry = make_entry(kind, entity, node, of.group);
+    const auto entry = make_entry(entity, node, of.group);
+    entry->task.entity = kind;
     describe(*entry);
+    entry->task.service = is_service(entry->task.entity) || entry->topic == kParameterEvents;
     found.emplace(Handle(entity), entry);
   };
   group->collect_all_ptrs(
       [&](const rclcpp::SubscriptionBase::SharedPtr& s) {
-        add(EntryKind::subscription, s, [&](Entry& e) {
+        add(s, EntityKind::subscription, [&](Entry& e) {
           e.handle = s->get_subscription_handle().get();
           describe_topic(e, *s);
           if (const auto waitable = s->get_intra_process_waitable()) subscription_of[waitable] = s;
         });
       },
       [&](const rclcpp::ServiceBase::SharedPtr& s) {
-        add(EntryKind::service, s, [&](Entry& e) {
+        add(s, EntityKind::service, [&](Entry& e) {
           e.handle = s->get_service_handle().get();
           e.id += "@Service(" + std::string(s->get_service_name()) + ")";
         });
       },
       [&](const rclcpp::ClientBase::SharedPtr& c) {
-        add(EntryKind::client, c, [&](Entry& e) {
+        add(c, EntityKind::client, [&](Entry& e) {
           e.handle = c->get_client_handle().get();
           e.id += "@Client(" + std::string(c->get_service_name()) + ")";
         });
       },
       [&](const rclcpp::TimerBase::SharedPtr& t) {
-        add(EntryKind::timer, t, [&](Entry& e) { describe_timer(e, *t); });
+        add(t, EntityKind::subscription, [&](Entry& e) { describe_timer(e, *t); });
       },
       [&](const rclcpp::Waitable::SharedPtr& w) {
-        add(EntryKind::waitable, w, [&](Entry& e) {
+        add(w, EntityKind::waitable, [&](Entry& e) {
           const auto intra_process = std::dynamic_pointer_cast<IntraProcess>(w);
-          e.intra_process = intra_process != nullptr;
           if (!intra_process) return void(e.id += "@Waitable");
+          e.task.entity = EntityKind::intra_process;
           describe_topic(e, *intra_process);
           const auto s = subscription_of.find(Handle(w));
           if (s == subscription_of.end()) return;
@@ -323,32 +324,32 @@ void Entities::listen_to_jumps(const rclcpp::Clock::SharedPtr& clock, const std:
 
 void Entities::listen(const std::shared_ptr<Entry>& entry) {
   driver_->join(entry);
-  if (entry->kind != EntryKind::timer) {
+  if (!entry->is_timer()) {
     for (const int which : announced.take(entry->entity)) driver_->arrived(entry, 1, which);
   }
-  const auto arrived = [driver = driver_, entry](std::size_t count) { driver->arrived(entry, count, 0); };
+  const auto arrived = [driver = driver_, entry](std::size_t count, int which = 0) {
+    driver->arrived(entry, count, which);
+  };
   try {
     const auto alive = entry->entity.lock();  // keeps it alive during the set-up: its owner may drop it
     if (!alive) return;
-    switch (entry->kind) {
-      case EntryKind::timer: {
-        const auto timer = lock<rclcpp::TimerBase>(*entry);
-        versions::on_reset(*timer, [driver = driver_, entry](std::size_t) { driver->timer_reset(entry); });
-        return listen_to_jumps(versions::clock_of(*timer), entry);
-      }
-      case EntryKind::subscription:
+    if (entry->is_timer()) {
+      const auto timer = lock<rclcpp::TimerBase>(*entry);
+      versions::on_reset(*timer, [driver = driver_, entry](std::size_t) { driver->timer_reset(entry); });
+      return listen_to_jumps(versions::clock_of(*timer), entry);
+    }
+    switch (entry->task.entity) {
+      case EntityKind::subscription:
         entry->messages = std::make_unique<MessageCallback>(lock<rclcpp::SubscriptionBase>(*entry), arrived);
         return;
-      case EntryKind::service:
+      case EntityKind::service:
         return lock<rclcpp::ServiceBase>(*entry)->set_on_new_request_callback(arrived);
-      case EntryKind::client:
+      case EntityKind::client:
         return lock<rclcpp::ClientBase>(*entry)->set_on_new_response_callback(arrived);
-      case EntryKind::waitable: {
+      case EntityKind::waitable:
+      case EntityKind::intra_process: {
         const auto waitable = lock<rclcpp::Waitable>(*entry);
-        if (!versions::may_call_back(*waitable)) return;
-        waitable->set_on_ready_callback([driver = driver_, entry](std::size_t count, int which) {
-          driver->arrived(entry, count, which);
-        });
+        if (versions::may_call_back(*waitable)) waitable->set_on_ready_callback(arrived);
         return;
       }
     }
@@ -365,25 +366,14 @@ void Entities::ignore(const std::shared_ptr<Entry>& entry) {
   entry->jumps.reset();
   entry->messages.reset();
   if (const auto alive = entry->entity.lock()) {
-    switch (entry->kind) {
-      case EntryKind::timer:
-        versions::on_reset(*lock<rclcpp::TimerBase>(*entry), nullptr);
-        break;
-      case EntryKind::subscription:
-        break;
-      case EntryKind::service:
-        lock<rclcpp::ServiceBase>(*entry)->clear_on_new_request_callback();
-        break;
-      case EntryKind::client:
-        lock<rclcpp::ClientBase>(*entry)->clear_on_new_response_callback();
-        break;
-      case EntryKind::waitable:
-        lock<rclcpp::Waitable>(*entry)->clear_on_ready_callback();
-        break;
-    }
+    const EntityKind kind = entry->task.entity;
+    if (entry->is_timer()) versions::on_reset(*lock<rclcpp::TimerBase>(*entry), nullptr);
+    if (kind == EntityKind::service) lock<rclcpp::ServiceBase>(*entry)->clear_on_new_request_callback();
+    if (kind == EntityKind::client) lock<rclcpp::ClientBase>(*entry)->clear_on_new_response_callback();
+    if (entry->is_waitable()) lock<rclcpp::Waitable>(*entry)->clear_on_ready_callback();
   }
   std::vector<int> left = driver_->leave(entry);
-  if (entry->kind != EntryKind::timer) announced.keep(entry->entity, std::move(left));
+  if (!entry->is_timer()) announced.keep(entry->entity, std::move(left));
 }
 
 }  // namespace hotpath

@@ -21,12 +21,6 @@ struct Group {
   std::weak_ptr<rclcpp::CallbackGroup> group;
 };
 
-enum class EntryKind : std::uint8_t { timer, subscription, service, client, waitable };
-
-constexpr auto enum_texts(EntryKind) {
-  return texts_in_order<EntryKind>({"timer", "subscription", "service", "client", "waitable"});
-}
-
 /// How the driver finds out when a timer is due.
 enum class TimerClock : std::uint8_t {
   steady,     ///< It computes the instants; rclcpp reports resets.
@@ -37,11 +31,9 @@ enum class TimerClock : std::uint8_t {
 
 /// One entity of a node and its task in the scheduler. The driver's lock guards its mutable part.
 struct Entry {
-  EntryKind kind{};
   std::weak_ptr<void> entity;  ///< A TimerBase, SubscriptionBase, ServiceBase, ClientBase or Waitable.
   std::string id;              ///< `/node@Timer(100000000)`, `/node@Subscription(/topic)`.
   std::string node, topic;     ///< Fully qualified names.
-  bool intra_process = false;  ///< The waitable of an intra-process subscription.
   std::shared_ptr<Group> group;
   std::weak_ptr<void> stands_for;  ///< The subscription of an intra-process waitable.
   /// The address of its rcl handle, as in the `rcl_*_init` events of ros2_tracing; of an intra-process
@@ -72,6 +64,11 @@ struct Entry {
   // Written with the entities' lock held.
   std::shared_ptr<rclcpp::JumpHandler> jumps;
   std::unique_ptr<MessageCallback> messages;
+
+  [[nodiscard]] bool is_timer() const { return task.kind == TaskKind::timer; }
+  [[nodiscard]] bool is_waitable() const {
+    return task.entity == EntityKind::waitable || task.entity == EntityKind::intra_process;
+  }
 };
 
 template <class Entity>

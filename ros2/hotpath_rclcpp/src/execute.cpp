@@ -92,10 +92,9 @@ void ExecutorDriver::prepare(Worker worker) {
 }
 
 void ExecutorDriver::arrived(const std::shared_ptr<Entry>& entry, std::size_t count, int which) {
-  WorkerSet claimed;
-  {
-    const std::lock_guard lock(mutex_);
-    if (entry->number == kNoTask) return;
+  wake_claimed([&] {
+    WorkerSet claimed;
+    if (entry->number == kNoTask) return claimed;
     const Time now = hotpath::now();
     if (releases_) release_until(now);  // earlier than this sample
     SampleInfo info{now, kNever, {}};
@@ -109,11 +108,11 @@ void ExecutorDriver::arrived(const std::shared_ptr<Entry>& entry, std::size_t co
     }
     info.deadline = schedule_.deadline_of(*entry, info.deadline, now);
     for (; count > 0; --count) {
-      if (entry->kind == EntryKind::waitable) entry->ready.push_back(which);
+      if (entry->is_waitable()) entry->ready.push_back(which);
       claimed |= enqueue(entry, info, now);
     }
-  }
-  unpark(claimed);
+    return claimed;
+  });
 }
 
 WorkerSet ExecutorDriver::enqueue(const std::shared_ptr<Entry>& entry, const SampleInfo& info, Time now) {
@@ -131,22 +130,23 @@ bool ExecutorDriver::execute(const std::shared_ptr<Entry>& entry, const Started&
 }
 
 bool ExecutorDriver::run_callback(const std::shared_ptr<Entry>& entry, const Started& started) {
-  switch (entry->kind) {
-    case EntryKind::timer: {
-      const auto timer = lock<rclcpp::TimerBase>(*entry);
-      if (timer) return execute_timer(entry, *timer, started);
-      leave(entry);  // the timer is gone; rclcpp does not report that
-      return false;
-    }
-    case EntryKind::subscription:
+  if (entry->is_timer()) {
+    const auto timer = lock<rclcpp::TimerBase>(*entry);
+    if (timer) return execute_timer(entry, *timer, started);
+    leave(entry);  // the timer is gone; rclcpp does not report that
+    return false;
+  }
+  switch (entry->task.entity) {
+    case EntityKind::subscription:
       // An event whose sample was overwritten may still find a newer sample; its job counts as
       // empty anyway.
       return take_and_run<rclcpp::SubscriptionBase>(*entry) && !started.job.empty;
-    case EntryKind::service:
+    case EntityKind::service:
       return take_and_run<rclcpp::ServiceBase>(*entry);
-    case EntryKind::client:
+    case EntityKind::client:
       return take_and_run<rclcpp::ClientBase>(*entry);
-    case EntryKind::waitable: {
+    case EntityKind::waitable:
+    case EntityKind::intra_process: {
       const auto waitable = lock<rclcpp::Waitable>(*entry);
       return waitable && started.which && execute_waitable(*entry, *waitable, *started.which);
     }
@@ -155,12 +155,10 @@ bool ExecutorDriver::run_callback(const std::shared_ptr<Entry>& entry, const Sta
 }
 
 bool ExecutorDriver::execute_waitable(const Entry& entry, rclcpp::Waitable& waitable, int which) {
-  if (!entry.intra_process) {
-    versions::run(waitable, which);
-    return true;
+  if (entry.task.entity == EntityKind::intra_process) {
+    auto& subscription = static_cast<rclcpp::experimental::SubscriptionIntraProcessBase&>(waitable);
+    if (!versions::has_message(subscription)) return false;
   }
-  auto& subscription = static_cast<rclcpp::experimental::SubscriptionIntraProcessBase&>(waitable);
-  if (!versions::has_message(subscription)) return false;
   versions::run(waitable, which);
   return true;
 }

@@ -45,6 +45,14 @@ Time after(std::chrono::nanoseconds duration) {
   return duration < kNever - now ? now + duration : kNever;
 }
 
+/// As in rclcpp, 0 is no limit.
+Time end_of(std::chrono::nanoseconds max_duration) {
+  if (max_duration < std::chrono::nanoseconds::zero()) {
+    throw std::invalid_argument("max_duration must be greater than or equal to 0");
+  }
+  return max_duration.count() == 0 ? kNever : after(max_duration);
+}
+
 }  // namespace
 
 PriorityExecutor::PriorityExecutor(const std::string& executor) : PriorityExecutor(named(executor)) {}
@@ -85,23 +93,17 @@ void PriorityExecutor::spin() {
 }
 
 void PriorityExecutor::spin_some(std::chrono::nanoseconds max_duration) {
-  if (max_duration < std::chrono::nanoseconds::zero()) {
-    throw std::invalid_argument("max_duration must be greater than or equal to 0");
-  }
+  const Time until = end_of(max_duration);
   begin_to_spin("spin_some()");
   RCPPUTILS_SCOPE_EXIT(spinning.store(false););
-  const Time until = max_duration.count() == 0 ? kNever : after(max_duration);
   const std::size_t jobs = parts_->driver->queued(parts_->refresh);
   parts_->driver->run_some(spinning, parts_->refresh, jobs, until, Time{});
 }
 
 void PriorityExecutor::spin_all(std::chrono::nanoseconds max_duration) {
-  if (max_duration < std::chrono::nanoseconds::zero()) {
-    throw std::invalid_argument("max_duration must be greater than or equal to 0");
-  }
+  const Time until = end_of(max_duration);
   begin_to_spin("spin_all()");
   RCPPUTILS_SCOPE_EXIT(spinning.store(false););
-  const Time until = max_duration.count() == 0 ? kNever : after(max_duration);
   parts_->driver->run_some(spinning, parts_->refresh, ExecutorDriver::kAllJobs, until, Time{});
 }
 

@@ -44,9 +44,8 @@ std::optional<TaskId> Schedule::in_graph(const Entry& entry) const {
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     const TaskOrigin& origin = tasks.origin[id];
     if (&setup_.graph.nodes[origin.node] != node) continue;
-    if (entry.kind == EntryKind::timer
-            ? !origin.input && tasks.set[id].period == entry.task.period
-            : origin.input && same_topic(entry.topic, node->inputs[*origin.input].topic)) {
+    if (entry.is_timer() ? !origin.input && tasks.set[id].period == entry.task.period
+                         : origin.input && same_topic(entry.topic, node->inputs[*origin.input].topic)) {
       return id;
     }
   }
@@ -71,7 +70,7 @@ std::optional<std::int64_t> Schedule::priority_of(const Entry& entry) const {
 }
 
 std::optional<Duration> Schedule::place_of(const Entry& entry) const {
-  const bool service = entry.kind == EntryKind::service || entry.kind == EntryKind::client;
+  const bool service = entry.task.entity == EntityKind::service || entry.task.entity == EntityKind::client;
   if (!service || setup_.executor->traits.policy == Policy::fp) return std::nullopt;
   const auto found = by_hand_.find(entry.entity);
   return found == by_hand_.end() ? std::nullopt : std::optional(Duration(found->second));
@@ -159,7 +158,7 @@ WorkerSet Schedule::join(const std::shared_ptr<Entry>& entry, Time first, Time n
   joining.task.priority = priority_of(*entry);
   joining.task.feeds = feeds_of(*entry);
   joining.fed_by = feeders_of(entry);
-  if (entry->kind == EntryKind::timer) {
+  if (entry->is_timer()) {
     const auto ghost = in_graph(*entry);
     joining.task.deadline = ghost ? setup_.tasks.set[*ghost].deadline : joining.task.period;
     entry->task.deadline = joining.task.deadline;

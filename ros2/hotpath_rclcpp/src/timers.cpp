@@ -71,7 +71,7 @@ Time align(rclcpp::TimerBase& timer, Duration offset, Duration period) {
 }  // namespace
 
 void ExecutorDriver::join(const std::shared_ptr<Entry>& entry) {
-  if (entry->kind == EntryKind::timer) {
+  if (entry->is_timer()) {
     const auto timer = lock<rclcpp::TimerBase>(*entry);
     if (!timer) return;
     std::optional<Duration> offset;
@@ -98,7 +98,7 @@ std::vector<int> ExecutorDriver::leave(const std::shared_ptr<Entry>& entry) {
   entry->removed = true;
   const std::size_t events = entry->events;
   schedule_.leave(*entry, now());
-  if (entry->kind == EntryKind::waitable) return {entry->ready.begin(), entry->ready.end()};
+  if (entry->is_waitable()) return {entry->ready.begin(), entry->ready.end()};
   return std::vector<int>(events, 0);
 }
 
@@ -106,25 +106,22 @@ void ExecutorDriver::schedule_timer(const std::shared_ptr<Entry>& entry, rclcpp:
                                     std::optional<Time> first) {
   const Look seen = look(timer);
   const TimerClock clock = clock_of(timer);
-  WorkerSet claimed;
-  {
-    const std::lock_guard lock(mutex_);
+  wake_claimed([&] {
     const Time now = hotpath::now();
     if (releases_) release_until(now);
     schedule_.leave(*entry, now);
-    if (entry->removed) return;
+    if (entry->removed) return WorkerSet{};  // the functions below do nothing then
     entry->clock = clock;
     entry->task.always_due = seen.period <= Duration::zero();
     entry->task.period = std::max(seen.period, Duration(1));
     entry->rcl_next = {seen.earliest, seen.latest};
     longest_period_ = std::max(longest_period_, seen.period);
-    if (!seen.cancelled) {
-      claimed = claim(schedule_.join(entry, first.value_or(seen.earliest), now));
-      release_now(now);
-      notices_.order_changed(now, longest_period_, false);
-    }
-  }
-  unpark(claimed);
+    if (seen.cancelled) return WorkerSet{};
+    const WorkerSet claimed = claim(schedule_.join(entry, first.value_or(seen.earliest), now));
+    release_now(now);
+    notices_.order_changed(now, longest_period_, false);
+    return claimed;
+  });
   if (seen.cancelled) {
     retire_timer(entry);
   } else if (clock == TimerClock::simulated) {
@@ -169,14 +166,11 @@ void ExecutorDriver::timer_reset(const std::shared_ptr<Entry>& entry) {
 }
 
 void ExecutorDriver::time_jumped(const std::shared_ptr<Entry>& entry, bool clock_changed) {
-  WorkerSet claimed;
-  {
-    const std::lock_guard lock(mutex_);
+  wake_claimed([&] {
     entry->clock_changed |= clock_changed;
     if (!std::exchange(entry->jumped, true)) jumped_.push_back(entry);
-    claimed = claim(everybody());
-  }
-  unpark(claimed);
+    return claim(everybody());
+  });
 }
 
 void ExecutorDriver::release_jumped() {
@@ -203,16 +197,13 @@ void ExecutorDriver::release_jumped() {
 void ExecutorDriver::release_simulated(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer) {
   const Look seen = look(timer);
   if (seen.cancelled || seen.earliest > now()) return;
-  WorkerSet claimed;
-  {
-    const std::lock_guard lock(mutex_);
-    if (entry->number == kNoTask || entry->clock != TimerClock::simulated) return;
-    if (std::exchange(entry->pending, true)) return;
+  wake_claimed([&] {
+    if (entry->number == kNoTask || entry->clock != TimerClock::simulated) return WorkerSet{};
+    if (std::exchange(entry->pending, true)) return WorkerSet{};
     // Keeps the distance to the deadline in simulated time.
     const Time now = hotpath::now();
-    claimed = enqueue(entry, {now, seen.earliest + entry->task.deadline, {}}, now);
-  }
-  unpark(claimed);
+    return enqueue(entry, {now, seen.earliest + entry->task.deadline, {}}, now);
+  });
 }
 
 bool ExecutorDriver::was_moved(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer) {

@@ -46,9 +46,12 @@ void executor_thread(const void* executor, Worker worker, WorkerRole role, const
 
 void executor_callback(const void* executor, const Entry& entry) {
   if (!lttng_ust_tracepoint_enabled(hotpath, executor_callback)) return;
-  lttng_ust_do_tracepoint(hotpath, executor_callback, executor, entry.number, to_string(entry.kind),
-                          entry.id.c_str(), entry.node.c_str(), entry.topic.c_str(), entry.handle,
-                          entry.task.period.count(), entry.task.deadline.count());
+  const char* const kind = entry.is_timer()      ? to_string(TaskKind::timer)
+                           : entry.is_waitable() ? to_string(EntityKind::waitable)
+                                                 : to_string(entry.task.entity);
+  lttng_ust_do_tracepoint(hotpath, executor_callback, executor, entry.number, kind, entry.id.c_str(),
+                          entry.node.c_str(), entry.topic.c_str(), entry.handle, entry.task.period.count(),
+                          entry.task.deadline.count());
 }
 
 bool priorities_are_recorded() { return lttng_ust_tracepoint_enabled(hotpath, executor_priority); }
@@ -64,9 +67,8 @@ void executor_job(const void* executor, const Job& job) {
 }
 
 void executor_end(const void* executor, const Entry& entry, TaskId task) {
-  const bool announced =
-      entry.kind != EntryKind::client && (entry.kind != EntryKind::waitable || entry.intra_process);
-  if (!announced) lttng_ust_tracepoint(hotpath, executor_end, executor, task);
+  if (entry.task.entity == EntityKind::client || entry.task.entity == EntityKind::waitable)
+    lttng_ust_tracepoint(hotpath, executor_end, executor, task);
 }
 
 #else
