@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "commands/command.hpp"
-#include "live/live_checks.hpp"
+#include "live/live_run.hpp"
 #include "program/child_process.hpp"
 
 namespace hotpath::commands {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "live/live_checks.hpp"
-
+// Rejection of runs that cannot succeed, before any process starts.
 #include <algorithm>
 #include <set>
 #include <sstream>
@@ -10,6 +9,8 @@
 #include "hotpath/core/enum_text.hpp"
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/live/thread_setup.hpp"
+#include "live/live_run.hpp"
+#include "live/rclcpp_process.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
@@ -17,18 +18,66 @@ namespace hotpath::live {
 
 namespace {
 
-/// Reports a policy that the system does not permit.
-void check_policy(const Plan& plan, const Deployment& deployment, const DeployedExecutor& executor) {
-  if (executor.policy == ThreadPolicy{}) return;
-  const auto& processors = executor.processors.empty() ? plan.cpus : executor.processors;
-  const std::string refused = refusal({executor.policy, true, processors});
-  if (refused.empty()) return;
-  throw program::UsageError(program::concat(
-      deployment.file, deployment.file.empty() ? "" : program::concat(":", executor.line, ": "), "executor ",
-      executor.name, ": ", refused));
+/// Options of a transport or of rclcpp that the run does not use, Fast DDS in a build without it, and more
+/// processes than the transport or the graph allows.
+void check_transport(const Options& options, const Plan& plan,
+                     const std::vector<setup::ExecutorSpec>& executors) {
+  const bool dds = is_dds(plan.transport);
+  const bool native = std::ranges::count(executors, setup::Stack::native, &setup::ExecutorSpec::stack) > 0;
+  const std::string processes = program::concat("--processes ", plan.processes);
+  refuse_any({{!options.rmw.empty() && plan.rclcpp.runner.empty(),
+               "--rmw needs --stack rclcpp; add it, or leave --rmw out"},
+              {!dds && plan.fastdds.network != FastDdsOptions{}.network,
+               "--network needs --transport fastdds; leave it out"},
+              {!dds && plan.all_interfaces && !options.live,
+               "--all-interfaces needs --transport fastdds; leave it out"},
+              {!dds && plan.fastdds.domain != FastDdsOptions{}.domain && !options.live,
+               "--domain needs --transport fastdds; leave it out"},
+              {!has_fastdds() && native && dds,
+               "this hotpath was built without Fast DDS: take --transport intra_process"},
+              {!has_fastdds() && options.live,
+               "--live needs Fast DDS, and this hotpath was built without it; leave --live out"},
+              {!dds && plan.processes > 1,
+               program::concat(processes, " needs --transport fastdds: ", to_string(plan.transport),
+                               " stays within one process")},
+              {plan.processes > plan.graph->nodes.size(),
+               program::concat(processes, ": the graph has only ", plan.graph->nodes.size(), " nodes")}});
+}
+
+/// A deployment that contradicts the options, or whose processors or policies this process may not use.
+void check_deployment(const Plan& plan, const Deployment& deployment) {
+  refuse_any({{plan.processes > 1, program::concat("--processes: deployment ", deployment.name,
+                                                   " sets its own processes; leave it out")},
+              {plan.executor_policy.has_value(),
+               "--executor-policy applies to single executors; a deployment sets its own policies"},
+              {deployment.processes.size() > 1 && !is_dds(plan.transport),
+               program::concat("deployment ", deployment.name, " has ", deployment.processes.size(),
+                               " processes, which need --transport fastdds")}});
+  const std::vector<int> available = plan.cpus.empty() ? allowed_cpus() : plan.cpus;
+  for (const DeployedExecutor& part : deployment.executors) {
+    for (const int processor : part.processors) {
+      if (std::ranges::count(available, processor) > 0) continue;
+      throw InputError(
+          deployment.file, part.line,
+          program::concat("executor ", part.name, ": this run may not use processor ", processor),
+          "take some of " + program::joined(available));
+    }
+    if (part.policy == ThreadPolicy{}) continue;
+    const std::string refused =
+        refusal({part.policy, true, part.processors.empty() ? plan.cpus : part.processors});
+    const std::string place = deployment.file.empty() ? "" : program::concat(":", part.line, ": ");
+    refuse_any(
+        {{!refused.empty(), program::concat(deployment.file, place, "executor ", part.name, ": ", refused)}});
+  }
 }
 
 }  // namespace
+
+void refuse_any(const std::vector<std::pair<bool, std::string>>& sentences) {
+  for (const auto& [applies, sentence] : sentences) {
+    if (applies) throw program::UsageError(sentence);
+  }
+}
 
 std::vector<int> parse_cpus(const std::string& text) {
   const auto refuse = [&](const auto&... words) {
@@ -59,77 +108,11 @@ ThreadPolicy parse_policy(const std::string& text) try {
   throw program::UsageError(error.what());
 }
 
-void check_rclcpp_options(const Options& options, const Plan& plan) {
-  const std::pair<bool, const char*> unsupported[] = {
-      {plan.processes > 1 || !options.deployments.empty(),
-       "runs one executor in one process; leave --processes and --deployments out"},
-      {options.rate_percent || options.copies > 1 || !options.set.empty(),
-       "takes the graph's nodes and periods as they are; leave --copies, --rate and --set out"},
-      {!is_dds(plan.transport), "carries messages over the middleware of ROS 2; leave --transport out"},
-      {options.entity_order != setup::EntityOrder{},
-       "orders its entities by their addresses; leave --entity-order out"},
-      {plan.fastdds.network != FastDdsOptions{}.network,
-       "carries messages over the middleware of ROS 2; leave --network out"},
-      {std::ranges::any_of(plan.tasks.set.tasks, &Task::service),
-       "has subscriptions in place of the graph's services; take `service: true` out of the graph"}};
-  for (const auto& [given, sentence] : unsupported) {
-    if (given) throw program::UsageError(program::concat("--stack rclcpp ", sentence));
-  }
-}
-
-void check_transport(const Options& options, const Plan& plan,
-                     const std::vector<setup::ExecutorSpec>& executors) {
-  const bool dds = is_dds(plan.transport);
-  const bool native = std::ranges::count(executors, setup::Stack::native, &setup::ExecutorSpec::stack) > 0;
-  const std::string processes = program::concat("--processes ", plan.processes);
-  const std::pair<bool, std::string> refused[] = {
-      {!options.rmw.empty() && plan.rclcpp.runner.empty(),
-       "--rmw needs --stack rclcpp; add it, or leave --rmw out"},
-      {!dds && plan.fastdds.network != FastDdsOptions{}.network,
-       "--network needs --transport fastdds; leave it out"},
-      {!dds && plan.all_interfaces && !options.live,
-       "--all-interfaces needs --transport fastdds; leave it out"},
-      {!dds && plan.fastdds.domain != FastDdsOptions{}.domain && !options.live,
-       "--domain needs --transport fastdds; leave it out"},
-      {!has_fastdds() && native && dds,
-       "this hotpath was built without Fast DDS: take --transport intra_process"},
-      {!has_fastdds() && options.live,
-       "--live needs Fast DDS, and this hotpath was built without it; leave --live out"},
-      {!dds && plan.processes > 1, program::concat(processes, " needs --transport fastdds: ",
-                                                   to_string(plan.transport), " stays within one process")},
-      {plan.processes > plan.graph->nodes.size(),
-       program::concat(processes, ": the graph has only ", plan.graph->nodes.size(), " nodes")}};
-  for (const auto& [given, sentence] : refused) {
-    if (given) throw program::UsageError(sentence);
-  }
-}
-
-void check_deployment(const Plan& plan, const setup::ExecutorSpec& executor) {
-  if (executor.entry) return;
-  const Deployment& deployment = executor.plan;
-  if (plan.processes > 1) {
-    throw program::UsageError(program::concat("--processes: deployment ", deployment.name,
-                                              " sets its own processes; leave it out"));
-  }
-  if (plan.executor_policy) {
-    throw program::UsageError(
-        "--executor-policy applies to single executors; a deployment sets its own policies");
-  }
-  if (deployment.processes.size() > 1 && !is_dds(plan.transport)) {
-    throw program::UsageError(program::concat("deployment ", deployment.name, " has ",
-                                              deployment.processes.size(),
-                                              " processes, which need --transport fastdds"));
-  }
-  const std::vector<int> available = plan.cpus.empty() ? allowed_cpus() : plan.cpus;
-  for (const DeployedExecutor& part : deployment.executors) {
-    for (const int processor : part.processors) {
-      if (std::ranges::count(available, processor) > 0) continue;
-      throw InputError(
-          deployment.file, part.line,
-          program::concat("executor ", part.name, ": this run may not use processor ", processor),
-          "take some of " + program::joined(available));
-    }
-    check_policy(plan, deployment, part);
+void check_run(const Options& options, const Plan& plan, const std::vector<setup::ExecutorSpec>& executors) {
+  check_transport(options, plan, executors);
+  for (const setup::ExecutorSpec& executor : executors) {
+    if (!executor.entry) check_deployment(plan, executor.plan);
+    if (executor.stack == setup::Stack::rclcpp) check_on_rclcpp(executor, plan);
   }
 }
 

@@ -5,15 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <iostream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "hotpath/reference_system/graph_file.hpp"
 #include "live/collected_trace.hpp"
-#include "live/live_checks.hpp"
 #include "live/rclcpp_process.hpp"
 #include "live/repetition_runner.hpp"
 #include "machine/machine.hpp"
@@ -39,6 +36,11 @@ using nlohmann::json;
 
 /// Time of a process before its epoch and after its end, for the estimate of the time left.
 constexpr Duration kOverhead = std::chrono::milliseconds(400);
+
+constexpr const char* kOrdinary =
+    "SCHED_FIFO was not permitted: the paper's executors ran their timer management thread under the "
+    "ordinary "
+    "policy. For the paper's set-up run as root or with an rtprio limit.";
 
 /// A name that nobody guesses.
 std::string random_name() {
@@ -117,14 +119,10 @@ class LiveRun {
         stacks.emplace_back();
         continue;
       }
-      plan_.rclcpp = {find_rclcpp_runner(), std::filesystem::absolute(find_graph(options_.graph)),
-                      options_.load_given};
-      check_rclcpp_options(options_, plan_);
+      plan_.rclcpp = rclcpp_plan(options_, plan_);
       if (options_.rmw.empty()) stacks.emplace_back(results::kRclcppStack);
-      for (const std::string& rmw : options_.rmw) {
-        check_middleware(rmw);
+      for (const std::string& rmw : options_.rmw)
         stacks.push_back(program::concat(results::kRclcppStack, "-", rmw));
-      }
     }
     for (const std::string& stack : stacks) {
       for (const std::string& name : options_.executors) {
@@ -144,31 +142,13 @@ class LiveRun {
     plan_.fastdds.topic_prefix = random_name() + "/";
     plan_.length = length();
     plan_.time_out = setup::seconds(options_.time_out_s);
-    check_transport(options_, plan_, executors_);
+    check_run(options_, plan_, executors_);
     // The publishing process runs on the processors that --cpus leaves free.
     if (!plan_.cpus.empty())
       std::ranges::set_difference(allowed_cpus(), plan_.cpus, std::back_inserter(plan_.live_cpus));
+    double buffers = 0;  // of one repetition
     for (const setup::ExecutorSpec& e : executors_) {
-      setup::phases_of_repetition(options_, graph_, plan_.tasks, e, 0);
-      check_deployment(plan_, e);
-      if (e.stack == setup::Stack::rclcpp) check_on_rclcpp(e, plan_);
-    }
-    check_memory();
-  }
-
-  /// The plan of all repetitions of an executor.
-  Plan plan_of(const setup::ExecutorSpec& executor) const {
-    Plan p = plan_;
-    p.executor = executor;
-    if (!executor.entry) p.processes = static_cast<std::uint32_t>(executor.plan.processes.size());
-    return p;
-  }
-
-  /// Rejects a run without memory for the traces of all repetitions and the buffers of one.
-  void check_memory() const {
-    double buffers = 0;
-    for (const setup::ExecutorSpec& e : executors_) {
-      const Plan p = plan_of(e);
+      const Plan p = plan(0, e);
       double own = 0;
       for (std::uint32_t process = 0; process < p.processes; ++process) {
         own += static_cast<double>(RunMemory::bytes(memory_size(p, process)));
@@ -199,7 +179,9 @@ class LiveRun {
   }
 
   Plan plan(std::uint32_t repetition, const setup::ExecutorSpec& executor) const {
-    Plan p = plan_of(executor);
+    Plan p = plan_;
+    p.executor = executor;
+    if (!executor.entry) p.processes = static_cast<std::uint32_t>(executor.plan.processes.size());
     setup::set_phases(p.tasks.set,
                       setup::phases_of_repetition(options_, graph_, plan_.tasks, executor, repetition));
     p.repetition = repetition;
@@ -236,10 +218,9 @@ class LiveRun {
     // names them, so that a killed run can be recovered.
     if (result.measured) folder.append(p.tasks.set, counting_.chains, trace);
     note(p, result);
-    if (result.measured && options_.phases == Phases::given) {
-      const std::string sentence = left_grid(p.tasks.set, executor, result.repetition);
-      if (!sentence.empty()) warn(sentence);
-    }
+    const bool on_grid = !result.measured || options_.phases != Phases::given;
+    const std::string off_grid = on_grid ? "" : left_grid(p.tasks.set, executor, result.repetition);
+    if (!off_grid.empty()) warn(off_grid);
     folder.write("run.json", json(run_));
     if (result.setup_failed) throw program::RunError(result.failure);
     if (result.measured) runs_[e].repetitions.push_back(std::move(result.repetition));
@@ -265,12 +246,8 @@ class LiveRun {
     run.failure = result.failure;
     const auto raises = [](const setup::ExecutorSpec& e) { return e.entry->traits.raises_timer_thread; };
     const bool wanted_real_time = std::ranges::any_of(setup::parts(p.executor), raises) && !p.timer_policy;
-    if (wanted_real_time && result.timers_are_ordinary && !told_no_real_time_) {
-      told_no_real_time_ = true;
-      warn(
-          "SCHED_FIFO was not permitted: the paper's executors ran their timer management thread under the "
-          "ordinary policy. For the paper's set-up run as root or with an rtprio limit.");
-    }
+    if (wanted_real_time && result.timers_are_ordinary && std::ranges::count(run_.warnings, kOrdinary) == 0)
+      warn(kOrdinary);
   }
 
   void warn_of_load() {
@@ -343,7 +320,6 @@ class LiveRun {
   const machine::Machine machine_ = machine::read_machine();
   results::RunRecord run_;
   bool partial_ = false;
-  bool told_no_real_time_ = false;
 };
 
 }  // namespace

@@ -2,7 +2,7 @@
 // Without Fast DDS: check_transport() rejects runs that publish.
 #include <cstdlib>
 
-#include "live/publisher.hpp"
+#include "live/repetition_runner.hpp"
 
 namespace hotpath::live {
 

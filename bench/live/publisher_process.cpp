@@ -2,15 +2,16 @@
 #include <pthread.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <csignal>
 #include <exception>
+#include <span>
 
 #include "hotpath/live/clock.hpp"
-#include "live/publisher.hpp"
+#include "live/repetition_runner.hpp"
 #include "setup/run_setup.hpp"
 #include "telemetry/run_statistics.hpp"
 #include "telemetry/telemetry_writers.hpp"
-#include "telemetry/trace_tail.hpp"
 
 namespace hotpath::live {
 
@@ -30,45 +31,90 @@ class Sender {
  public:
   Sender(const Plan& plan, const std::deque<RunMemory>& memories, telemetry::Writers& writers, Time epoch,
          Time end)
-      : plan_(plan),
-        memories_(memories),
+      : memories_(memories),
         writers_(writers),
-        tail_(memories),
-        join_(index_chains(*plan.graph, plan.tasks), plan.tasks.set.size()),
+        epoch_(epoch),
+        end_(end),
         info_(telemetry::make_run_info(*plan.graph, *plan.published, plan.executor.label, plan.repetition,
                                        telemetry::unix_ns(epoch - now()))),
         counted_from_(epoch + setup::seconds(plan.published->warm_up_s)),
         statistics_(*plan.graph, plan.tasks, info_, epoch, counted_from_ - epoch),
-        end_(end) {
+        join_(index_chains(*plan.graph, plan.tasks), plan.tasks.set.size()),
+        seen_(counts().size(), 0) {
     if (is_dds(plan.transport)) info_.topic_prefix(plan.fastdds.topic_prefix);
     writers_.publish(info_);
   }
 
+  /// Sends until the coordinator stops the run or is gone.
+  void send_until_stop(const Channel& coordinator) {
+    Time next_statistics = epoch_ + kStatisticsPeriod;
+    for (;;) {
+      const auto message = coordinator.receive(now() + kPoll);
+      if (message && message->kind == Kind::closed) return finish(now());
+      if (message && message->kind == Kind::stop) return finish(from_ns(message->number[0]));
+      send_samples();
+      const Time now = hotpath::now();
+      if (now < next_statistics || now >= end_) continue;
+      writers_.publish(statistics(now));
+      while (next_statistics <= now) next_statistics += kStatisticsPeriod;
+    }
+  }
+
+ private:
+  /// The records of each log of jobs and of observations.
+  std::vector<std::size_t> counts() const {
+    std::vector<std::size_t> counts;
+    for (const RunMemory& memory : memories_) {
+      for (const auto& log : memory.jobs()) counts.push_back(log.contents().size());
+      for (const auto& log : memory.chains()) counts.push_back(log.contents().size());
+    }
+    return counts;
+  }
+
+  /// Reads the new records without disturbing the processes that write them.
   void send_samples() {
-    telemetry::TraceTail::News news = tail_.read();
-    for (JobRecord& record : news.jobs) {
+    // Logs only grow: if two passes have equal counts, these are a snapshot of a time between them, in which
+    // no job precedes a job that it waited for.
+    std::vector<std::size_t> snapshot = counts();
+    for (auto again = counts(); again != snapshot; again = counts()) snapshot = std::move(again);
+    std::vector<JobRecord> jobs;
+    const std::size_t waiting = pending_.size();
+    std::size_t number = 0;
+    const auto append_new = [&](const auto& log, auto& to) {
+      const auto added = log.contents().first(snapshot[number]).subspan(seen_[number]);
+      to.insert(to.end(), added.begin(), added.end());
+      ++number;
+    };
+    for (const RunMemory& memory : memories_) {
+      for (const auto& log : memory.jobs()) append_new(log, jobs);
+      for (const auto& log : memory.chains()) append_new(log, pending_);
+    }
+    seen_ = std::move(snapshot);
+    std::ranges::stable_sort(jobs, {}, &JobRecord::finish);
+    std::ranges::stable_sort(std::span(pending_).subspan(waiting), {}, &ChainObservation::sink_start);
+    for (JobRecord& record : jobs) {
       if (record.outcome == Outcome::ran && record.finish > end_) record.outcome = Outcome::running;
       statistics_.add(record);
       join_.add(record);
     }
-    pending_.insert(pending_.end(), news.observations.begin(), news.observations.end());
     // The records of a chain's jobs may arrive shortly after the sink's observation.
     std::erase_if(pending_, [this](const ChainObservation& o) { return send(o, false); });
   }
 
-  void send_statistics(Time now) { writers_.publish(take_statistics(now)); }
+  telemetry::Statistics statistics(Time now) {
+    return statistics_.take(now, [&](TaskId id) { return published_for(memories_, id); });
+  }
 
   /// All records are complete, and no job started at or after `end`.
   void finish(Time end) {
     end_ = std::min(end_, end);
     send_samples();
     for (const ChainObservation& o : pending_) send(o, true);
-    telemetry::Statistics statistics = take_statistics(end_);
-    statistics.last(true);
-    writers_.publish(std::move(statistics));
+    telemetry::Statistics last = statistics(end_);
+    last.last(true);
+    writers_.publish(std::move(last));
   }
 
- private:
   /// False if the record of a job of the chain is still missing. `all`: no more records will come.
   bool send(const ChainObservation& observation, bool all) {
     const ChainRecord record = join_.join(observation);
@@ -80,57 +126,28 @@ class Sender {
     return true;
   }
 
-  telemetry::Statistics take_statistics(Time now) {
-    for (TaskId fed = 0; fed < plan_.tasks.set.size(); ++fed) {
-      if (plan_.tasks.set[fed].kind == TaskKind::subscription) {
-        statistics_.set_published(fed, published_for(memories_, fed));
-      }
-    }
-    return statistics_.take(now);
-  }
-
-  const Plan& plan_;
   const std::deque<RunMemory>& memories_;
   telemetry::Writers& writers_;
-  telemetry::TraceTail tail_;
-  ChainJoin join_;
+  const Time epoch_;
+  Time end_;
   telemetry::RunInfo info_;
   const Time counted_from_;
   telemetry::RunStatistics statistics_;
-  Time end_;
+  ChainJoin join_;
+  std::vector<std::size_t> seen_;  ///< The number of records of each log that were sent.
   std::vector<ChainObservation> pending_;
 };
-
-/// Sends until the coordinator stops the run or is gone.
-void send_until_stop(Sender& sender, const Channel& coordinator, Time epoch, Time end) {
-  Time next_statistics = epoch + kStatisticsPeriod;
-  for (;;) {
-    const auto message = coordinator.receive(now() + kPoll);
-    if (message && message->kind == Kind::closed) return sender.finish(now());
-    if (message && message->kind == Kind::stop) return sender.finish(from_ns(message->number[0]));
-    sender.send_samples();
-    const Time now = hotpath::now();
-    if (now < next_statistics || now >= end) continue;
-    sender.send_statistics(now);
-    while (next_statistics <= now) next_statistics += kStatisticsPeriod;
-  }
-}
 
 void send_run(const Plan& plan, const std::deque<RunMemory>& memories, const Channel& coordinator) {
   FastDdsOptions options = plan.fastdds;
   options.network = FastDdsOptions::Network::udp;  // leaves no file behind, however this process ends
   telemetry::Writers writers(options);
   coordinator.send(Kind::matched);
-
-  for (;;) {
-    const auto begin = coordinator.receive(now() + std::chrono::hours(1));
-    if (begin && (begin->kind == Kind::closed || begin->kind == Kind::stop)) return;
-    if (!begin || begin->kind != Kind::begin) continue;
-    const Time epoch = from_ns(begin->number[0]), end = from_ns(begin->number[1]);
-    Sender sender(plan, memories, writers, epoch, end);
-    send_until_stop(sender, coordinator, epoch, end);
-    break;
-  }
+  std::optional<ChannelMessage> begin;
+  while (!begin) begin = coordinator.receive(now() + std::chrono::hours(1));
+  if (begin->kind != Kind::begin) return;  // the run has ended
+  Sender(plan, memories, writers, from_ns(begin->number[0]), from_ns(begin->number[1]))
+      .send_until_stop(coordinator);
   writers.flush(kFlush);
   coordinator.send({Kind::done, {static_cast<std::int64_t>(writers.samples_lost())}});
 }

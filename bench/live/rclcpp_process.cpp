@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -11,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "hotpath/reference_system/graph_file.hpp"
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
@@ -67,8 +69,7 @@ json plan_json(const Plan& plan, const RunMemory& memory, const Channel& coordin
   return settings;
 }
 
-}  // namespace
-
+/// Throws UsageError with a remedy.
 std::string find_rclcpp_runner() {
   std::string path = environment("HOTPATH_ROS2_RUNNER");
   if (environment("AMENT_PREFIX_PATH").empty()) {
@@ -87,11 +88,32 @@ std::string find_rclcpp_runner() {
       "and source its setup.bash, or name the program in $HOTPATH_ROS2_RUNNER");
 }
 
-void check_middleware(const std::string& name) {
-  if (!find_in_ros(program::concat("lib/librmw_", name, "_cpp.so"), R_OK).empty()) return;
-  throw program::UsageError(program::concat("--rmw ", name, ": the sourced ROS 2 has no package rmw_", name,
-                                            "_cpp; install it, or name another middleware, such as "
-                                            "fastrtps or cyclonedds"));
+}  // namespace
+
+RclcppPlan rclcpp_plan(const Options& options, const Plan& plan) {
+  RclcppPlan rclcpp{find_rclcpp_runner(), std::filesystem::absolute(find_graph(options.graph)),
+                    options.load_given};
+  std::vector<std::pair<bool, std::string>> unsupported = {
+      {plan.processes > 1 || !options.deployments.empty(),
+       "runs one executor in one process; leave --processes and --deployments out"},
+      {options.rate_percent || options.copies > 1 || !options.set.empty(),
+       "takes the graph's nodes and periods as they are; leave --copies, --rate and --set out"},
+      {!is_dds(plan.transport), "carries messages over the middleware of ROS 2; leave --transport out"},
+      {options.entity_order != setup::EntityOrder{},
+       "orders its entities by their addresses; leave --entity-order out"},
+      {plan.fastdds.network != FastDdsOptions{}.network,
+       "carries messages over the middleware of ROS 2; leave --network out"},
+      {std::ranges::any_of(plan.tasks.set.tasks, &Task::service),
+       "has subscriptions in place of the graph's services; take `service: true` out of the graph"}};
+  for (auto& [given, sentence] : unsupported) sentence.insert(0, "--stack rclcpp ");
+  refuse_any(unsupported);
+  for (const std::string& rmw : options.rmw) {
+    refuse_any({{find_in_ros(program::concat("lib/librmw_", rmw, "_cpp.so"), R_OK).empty(),
+                 program::concat("--rmw ", rmw, ": the sourced ROS 2 has no package rmw_", rmw,
+                                 "_cpp; install it, or name another middleware, such as "
+                                 "fastrtps or cyclonedds")}});
+  }
+  return rclcpp;
 }
 
 void check_on_rclcpp(const setup::ExecutorSpec& executor, const Plan& plan) {

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "live/repetition_runner.hpp"
 
-#include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstring>
 #include <fstream>
 
 #include "hotpath/live/clock.hpp"
 #include "live/collected_trace.hpp"
-#include "live/publisher.hpp"
 #include "live/rclcpp_process.hpp"
 #include "machine/proc_files.hpp"
 #include "machine/shared_memory_watch.hpp"
@@ -25,6 +24,66 @@ namespace hotpath::live {
 namespace {
 
 using Kind = ChannelMessage::Kind;
+
+/// The coordinator's side of the publishing process, whose failure does not end the repetition.
+class Publisher {
+ public:
+  explicit Publisher(ForkedProcess process) : process_(std::move(process)) {}
+
+  /// Waits until the process is ready or has failed: its set-up must not overlap the measurement.
+  void await_ready(Time limit) { receive(Kind::matched, limit); }
+  void begin(Time epoch, Time end) { process_.channel.send({Kind::begin, {to_ns(epoch), to_ns(end)}}); }
+  /// Everything is recorded; the run ended at `end`.
+  void stop(Time end) { process_.channel.send({Kind::stop, {to_ns(end)}}); }
+  /// Waits for the end of the process, for a bounded time, and adds a warning for each problem.
+  void finish(std::vector<std::string>& warnings) {
+    receive(Kind::done, now() + kTimeToEnd);
+    const std::string cause = cause_of_end();
+    if (failure_.empty()) failure_ = cause;
+    if (!failure_.empty())
+      warnings.push_back("Live publishing stopped (" + failure_ + "); the run itself continued.");
+    if (samples_lost_ > 0) {
+      warnings.push_back(
+          program::concat("Live publishing: ", samples_lost_,
+                          " chain samples may not have reached every reader: a reader was too slow."));
+    }
+  }
+
+ private:
+  /// At nice 19 it gets little of a busy processor, and it flushes for a second.
+  static constexpr Duration kTimeToEnd = std::chrono::seconds(5);
+
+  /// Waits for `kind`, the end of the process, or `limit`.
+  void receive(Kind kind, Time limit) {
+    while (process_.id > 0 && failure_.empty() && now() < limit) {
+      const auto message = process_.channel.receive(limit);
+      if (!message) continue;
+      if (message->kind == Kind::failed) failure_ = message->text.data();
+      if (message->kind == Kind::done) samples_lost_ = message->number[0];
+      if (message->kind == kind || message->kind == Kind::closed) return;
+    }
+  }
+
+  std::string cause_of_end() {
+    if (process_.id < 0) return "its process could not be started";
+    int status = 0;
+    const Time limit = now() + kTimeToEnd;
+    while (program::await_process(process_.id, &status, WNOHANG) == 0) {
+      if (now() < limit) {
+        usleep(1000);
+        continue;
+      }
+      kill(process_.id, SIGKILL);
+      program::await_process(process_.id, nullptr);
+      return "its process did not end in time and was killed";
+    }
+    return status == 0 ? "" : "its process " + program::how_it_ended(status);
+  }
+
+  ForkedProcess process_;
+  std::int64_t samples_lost_ = 0;
+  std::string failure_;
+};
 
 /// The processes of one repetition as the coordinator sees them.
 class Coordinator {
@@ -274,28 +333,23 @@ class Coordinator {
 RunMemory::Size memory_size(const Plan& plan, std::uint32_t process) {
   const GraphTasks& tasks = plan.tasks;
   const std::vector<double> rates = activation_rates(tasks);
-  std::vector<double> activations(tasks.set.size(), 0);
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    if (tasks.set[id].kind == TaskKind::timer) activations[id] += rates[id];
-    for (const TaskId fed : tasks.set[id].feeds) activations[fed] += rates[id];
-  }
   const std::vector<ChainIndex> chains = index_chains(*plan.graph, tasks);
-  const std::span<const setup::ExecutorSpec> all = setup::parts(plan.executor);
-  std::vector<double> jobs(all.size(), 0);
+  std::vector<double> jobs(setup::parts(plan.executor).size(), 0);  // by executor, per second
   double outputs = 0;
+  const auto add = [&](TaskId id, double rate) {
+    jobs[executor_of(plan.executor, id)] += rate;
+    for (const ChainIndex& c : chains) outputs += c.ends_in(id) ? rate : 0;
+  };
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    jobs[executor_of(plan.executor, id)] += activations[id];
-    for (const ChainIndex& c : chains) outputs += c.ends_in(id) ? activations[id] : 0;
+    if (tasks.set[id].kind == TaskKind::timer) add(id, rates[id]);
+    for (const TaskId fed : tasks.set[id].feeds) add(fed, rates[id]);
   }
-  // A third more than the nominal rates.
-  const double seconds = to_ms(plan.length) / 1000 + 1;
-  RunMemory::Size size;
-  size.tasks = tasks.set.size();
-  size.workers = static_cast<std::uint32_t>(workers_of(plan, process).size());
-  size.executors = static_cast<std::uint32_t>(parts_in(plan, process).size());
-  size.jobs = static_cast<std::uint64_t>(std::ranges::max(jobs) * seconds * 4 / 3) + 1024;
-  size.chains = static_cast<std::uint64_t>(outputs * seconds * 4 / 3) + 1024;
-  return size;
+  const auto records = [&](double rate) {  // a third more than the nominal rate
+    return static_cast<std::uint64_t>(rate * (to_ms(plan.length) / 1000 + 1) * 4 / 3) + 1024;
+  };
+  return {tasks.set.size(), static_cast<std::uint32_t>(workers_of(plan, process).size()),
+          records(std::ranges::max(jobs)), records(outputs),
+          static_cast<std::uint32_t>(parts_in(plan, process).size())};
 }
 
 Duration set_up_limit(const Plan& plan) {

@@ -67,6 +67,14 @@ RunMemory::Size memory_size(const Plan& plan, std::uint32_t process);
 int run_process(const Plan& plan, std::uint32_t process, const std::vector<std::uint32_t>& process_of_node,
                 std::deque<RunMemory>& memories, const Channel& coordinator);
 
+/// The process that publishes a repetition while it runs (`plan.published`), from its fork to its
+/// end. It reads the records of the measured processes in `memories` and yields to all other
+/// processes (nice 19). Messages with the coordinator: `matched` when it is ready, then `begin`,
+/// then `stop` with the end of the run, then `done` with the number of lost chain samples. Returns
+/// the exit code.
+int run_publisher_process(const Plan& plan, const std::deque<RunMemory>& memories,
+                          const Channel& coordinator);
+
 /// Runs one repetition in fresh processes that share one epoch. The calling process must have one
 /// thread only. `progress(elapsed)` is called about ten times a second.
 Result run_repetition(const Plan& plan, const std::function<void(Duration)>& progress);

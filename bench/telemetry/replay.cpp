@@ -156,14 +156,11 @@ class Replay {
   }
 
   telemetry::Statistics take(RunStatistics& statistics, Time now) const {
-    // Jobs that were running at the end of the run still published.
-    const Time published_by = now == run_end_ ? kNever : now;
-    for (TaskId id = 0; id < published_.size(); ++id) {
-      const std::vector<Time>& instants = published_[id];
-      const auto until = std::upper_bound(instants.begin(), instants.end(), published_by);
-      statistics.set_published(id, static_cast<std::uint64_t>(until - instants.begin()));
-    }
-    return statistics.take(now);
+    return statistics.take(now, [&](TaskId id) {
+      // Jobs that were running at the end of the run still published.
+      const auto until = std::ranges::upper_bound(published_[id], now == run_end_ ? kNever : now);
+      return static_cast<std::uint64_t>(until - published_[id].begin());
+    });
   }
 
   const ReplayOptions options_;

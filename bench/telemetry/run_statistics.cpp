@@ -65,7 +65,6 @@ RunStatistics::RunStatistics(const Graph& graph, const GraphTasks& tasks, const 
       epoch_(epoch),
       epoch_ns_(info.epoch_ns()),
       counted_from_(epoch + warm_up),
-      published_(tasks.set.size(), 0),
       nodes_(graph.nodes.size()),
       chains_(graph.chains.size()),
       window_start_(epoch) {}
@@ -107,12 +106,12 @@ telemetry::ChainSample RunStatistics::add(const ChainRecord& r, Time sink_start)
   return sample;
 }
 
-telemetry::Statistics RunStatistics::take(Time now) {
+telemetry::Statistics RunStatistics::take(Time now, const std::function<std::uint64_t(TaskId)>& published) {
   std::vector<std::uint64_t> expected(nodes_.size(), 0);
   for (TaskId id = 0; id < tasks_.set.size(); ++id) {
     const Task& task = tasks_.set[id];
     expected[tasks_.origin[id].node] +=
-        task.kind == TaskKind::timer ? timestamps_in(task, epoch_, now) : published_[id];
+        task.kind == TaskKind::timer ? timestamps_in(task, epoch_, now) : published(id);
   }
   telemetry::Statistics statistics;
   statistics.run_id(run_id_);

@@ -3,6 +3,7 @@
 
 #include <Telemetry.h>
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -38,12 +39,9 @@ class RunStatistics {
   /// numbered sample.
   telemetry::ChainSample add(const ChainRecord& record, Time sink_start);
 
-  /// Sets the number of samples published for a subscription so far. Read it after the records: a
-  /// sample is published before it is recorded.
-  void set_published(TaskId subscription, std::uint64_t samples) { published_[subscription] = samples; }
-
-  /// The statistics at `now`, which must not decrease; begins a new window.
-  telemetry::Statistics take(Time now);
+  /// The statistics at `now`, which must not decrease; begins a new window. `published`: the number of
+  /// samples published for a subscription so far. A sample is published before it is recorded.
+  telemetry::Statistics take(Time now, const std::function<std::uint64_t(TaskId)>& published);
 
   /// Begins a window at `now`; earlier records belong to no window.
   void begin_window(Time now);
@@ -69,7 +67,6 @@ class RunStatistics {
   const Time epoch_;
   const std::int64_t epoch_ns_;  // since the Unix epoch
   const Time counted_from_;
-  std::vector<std::uint64_t> published_;
   std::vector<NodeState> nodes_;
   std::vector<ChainState> chains_;
   Time window_start_;

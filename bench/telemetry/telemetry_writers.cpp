@@ -48,11 +48,6 @@ dds::DataWriter* add_writer(dds::Publisher& publisher, const std::string& topic_
   return writer;
 }
 
-eprosima::fastrtps::Duration_t duration(Duration d) {
-  return {static_cast<std::int32_t>(d / std::chrono::seconds(1)),
-          static_cast<std::uint32_t>((d % std::chrono::seconds(1)).count())};
-}
-
 }  // namespace
 
 Writers::Writers(const FastDdsOptions& options) : participant_(create_participant(options)) {
@@ -107,7 +102,8 @@ void Writers::await_reader(Duration limit) const {
 void Writers::flush(Duration limit) const {
   const Time until = now() + limit;
   for (dds::DataWriter* writer : {run_, chain_samples_, statistics_}) {
-    writer->wait_for_acknowledgments(duration(std::max(until - now(), Duration::zero())));
+    writer->wait_for_acknowledgments(
+        eprosima::fastrtps::Duration_t(to_ms(std::max(until - now(), Duration::zero())) / 1000));
   }
 }
 

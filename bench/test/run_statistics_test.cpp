@@ -10,6 +10,7 @@ namespace hotpath::run_statistics_test {
 using std::chrono::milliseconds;
 
 constexpr std::int64_t kEpochNs = 1'700'000'000'000'000'000;
+constexpr auto none = [](TaskId) { return 0U; };
 
 /// Tasks: 0 Lidar, 1 Planner/Lidar, 2 Planner (its timer), 3 Logger/Planner.
 Graph small_graph() {
@@ -43,7 +44,7 @@ class RunStatisticsTest : public ::testing::Test {
 };
 
 TEST_F(RunStatisticsTest, NothingIsKnownAtTheEpoch) {
-  const telemetry::Statistics s = make().take(Time{});
+  const telemetry::Statistics s = make().take(Time{}, none);
   EXPECT_EQ(s.run_id(), "id");
   EXPECT_EQ(s.number(), 0U);
   EXPECT_FALSE(s.last());
@@ -72,7 +73,7 @@ TEST_F(RunStatisticsTest, CountsJobsByTheNodeOfTheirTask) {
   overwritten.job.task = 1;
   overwritten.outcome = Outcome::overwritten;
   statistics.add(overwritten);
-  const telemetry::Statistics s = statistics.take(at(70));
+  const telemetry::Statistics s = statistics.take(at(70), none);
   EXPECT_EQ(s.nodes()[0].ran(), 2U);
   EXPECT_EQ(s.nodes()[0].skipped(), 1U);
   EXPECT_EQ(s.nodes()[0].overruns(), 1U);
@@ -85,9 +86,9 @@ TEST_F(RunStatisticsTest, CountsJobsByTheNodeOfTheirTask) {
 
 TEST_F(RunStatisticsTest, WhatWasReachedOrPublishedAndHasNotEndedIsQueued) {
   telemetry::RunStatistics statistics = make();
-  statistics.set_published(3, 2);
+  const auto published = [](TaskId id) { return id == 3 ? 2U : 0U; };
   // Lidar: 0, 20; Planner's timer: 5, 25; an instant is reached when it has passed.
-  telemetry::Statistics s = statistics.take(at(40));
+  telemetry::Statistics s = statistics.take(at(40), published);
   EXPECT_EQ(s.nodes()[0].queued(), 2U);
   EXPECT_EQ(s.nodes()[1].queued(), 2U);
   EXPECT_EQ(s.nodes()[2].queued(), 2U);
@@ -95,10 +96,10 @@ TEST_F(RunStatisticsTest, WhatWasReachedOrPublishedAndHasNotEndedIsQueued) {
   lidar.job.skipped = 1;
   statistics.add(lidar);
   statistics.add(ran(2, 5, 6, 7));
-  JobRecord none = ran(3, 6, 7, 7);
-  none.outcome = Outcome::empty;
-  statistics.add(none);
-  s = statistics.take(at(41));
+  JobRecord empty = ran(3, 6, 7, 7);
+  empty.outcome = Outcome::empty;
+  statistics.add(empty);
+  s = statistics.take(at(41), published);
   EXPECT_EQ(s.nodes()[0].queued(), 1U) << "the timestamp at 40 ms";
   EXPECT_EQ(s.nodes()[1].queued(), 1U);
   EXPECT_EQ(s.nodes()[2].queued(), 2U) << "an event without a sample is none";
@@ -108,28 +109,28 @@ TEST_F(RunStatisticsTest, AWindowHoldsWhatFinishedSinceTheLastStatistics) {
   telemetry::RunStatistics statistics = make();
   statistics.add(ran(0, 0, 1, 3));
   statistics.add(ran(0, 20, 20, 26));
-  telemetry::Statistics s = statistics.take(at(40));
+  telemetry::Statistics s = statistics.take(at(40), none);
   EXPECT_DOUBLE_EQ(s.nodes()[0].utilization(), 8.0 / 40);
   EXPECT_EQ(s.nodes()[0].response_window_ns(), 4'500'000);
-  s = statistics.take(at(50));
+  s = statistics.take(at(50), none);
   EXPECT_EQ(s.number(), 1U);
   EXPECT_EQ(s.nodes()[0].utilization(), 0);
   EXPECT_EQ(s.nodes()[0].response_window_ns(), -1);
   EXPECT_EQ(s.nodes()[0].ran(), 2U);
   statistics.add(ran(0, 40, 50, 52));
   statistics.begin_window(at(55));
-  EXPECT_EQ(statistics.take(at(60)).nodes()[0].utilization(), 0);
+  EXPECT_EQ(statistics.take(at(60), none).nodes()[0].utilization(), 0);
 }
 
 TEST_F(RunStatisticsTest, JobsOfTheWarmUpAndJobsThatOnlyStoreASampleCountButDoNotRespond) {
   telemetry::RunStatistics statistics = make(milliseconds(30));
   statistics.add(ran(0, 20, 20, 39));
   statistics.add(ran(1, 30, 31, 39));  // the cyclic node's timer responds
-  for (const telemetry::NodeStatistics& n : statistics.take(at(40)).nodes())
+  for (const telemetry::NodeStatistics& n : statistics.take(at(40), none).nodes())
     EXPECT_EQ(n.response_max_ns(), -1);
   statistics.add(ran(0, 40, 40, 42));
   statistics.add(ran(2, 45, 45, 47));
-  const telemetry::Statistics s = statistics.take(at(50));
+  const telemetry::Statistics s = statistics.take(at(50), none);
   for (const std::size_t node : {0, 1}) {
     EXPECT_EQ(s.nodes()[node].ran(), 2U);
     EXPECT_EQ(s.nodes()[node].response_max_ns(), 2'000'000);
