@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/machine.hpp"
 
-#include <sched.h>
 #include <sys/prctl.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
+#include <ctime>
+#include <future>
 #include <sstream>
 #include <thread>
 
+#include "hotpath/live/clock.hpp"
 #include "hotpath/live/thread_setup.hpp"
 #include "machine/proc_files.hpp"
 #include "program/text.hpp"
@@ -19,23 +22,18 @@ namespace hotpath::machine {
 
 namespace {
 
-bool has_flag(const std::string& flag) {
-  return (" " + value_of("/proc/cpuinfo", "flags", ':') + " ").find(" " + flag + " ") != std::string::npos;
-}
-
 std::string hypervisor() {
-  if (!has_flag("hypervisor")) return "";
+  const std::string flags = " " + value_of("/proc/cpuinfo", "flags", ':') + " ";
+  if (flags.find(" hypervisor ") == std::string::npos) return "";
   const std::string product = first_line("/sys/class/dmi/id/product_name");
   return product.empty() ? "of unknown kind" : product;
 }
 
 std::string turbo() {
-  // Intel's driver reports `off`, other drivers report `on`.
-  const std::string intel = first_line("/sys/devices/system/cpu/intel_pstate/no_turbo");
-  if (!intel.empty()) return intel == "0" ? "on" : "off";
-  const std::string boost = first_line("/sys/devices/system/cpu/cpufreq/boost");
-  if (!boost.empty()) return boost == "1" ? "on" : "off";
-  return "unknown";
+  const std::string off = first_line("/sys/devices/system/cpu/intel_pstate/no_turbo");  // Intel's driver
+  const std::string on = first_line("/sys/devices/system/cpu/cpufreq/boost");           // other drivers
+  if (off.empty() && on.empty()) return "unknown";
+  return off == "0" || (off.empty() && on == "1") ? "on" : "off";
 }
 
 /// SCHED_FIFO and SCHED_RR threads of other processes, except kernel threads, which have no command
@@ -46,14 +44,11 @@ std::vector<std::string> other_real_time_threads() {
     const std::string process = "/proc/" + pid;
     if (pid == std::to_string(getpid()) || first_line(process + "/cmdline").empty()) continue;
     for (const std::string& thread : names_in(process + "/task")) {
-      const pid_t tid = std::stoi(thread);
-      const int policy = sched_getscheduler(tid);
-      if (policy != SCHED_FIFO && policy != SCHED_RR) continue;
-      sched_param parameters{};
-      sched_getparam(tid, &parameters);
-      const auto kind = policy == SCHED_FIFO ? ThreadPolicy::Class::fifo : ThreadPolicy::Class::rr;
-      threads.push_back(first_line(program::concat(process, "/task/", thread, "/comm")) + " (" +
-                        to_string(ThreadPolicy{kind, parameters.sched_priority}) + ")");
+      const ThreadPolicy policy = thread_policy(std::stoi(thread)).value_or(ThreadPolicy{});
+      using Class = ThreadPolicy::Class;
+      if (policy.scheduling_class != Class::fifo && policy.scheduling_class != Class::rr) continue;
+      const std::string name = first_line(program::concat(process, "/task/", thread, "/comm"));
+      threads.push_back(program::concat(name, " (", to_string(policy), ")"));
     }
   }
   return threads;
@@ -61,27 +56,72 @@ std::vector<std::string> other_real_time_threads() {
 
 constexpr const char* kPacking = "sched_vcpu_pack";
 
-/// Whether the boot parameter affects where and when threads run.
-bool affects_scheduling(std::string_view parameter) {
-  constexpr std::array kWhole = {"isolcpus",    "nohz_full",  "rcu_nocbs", "nosmt",
+/// The parameters that affect where and when threads run.
+std::string boot_parameters() {
+  constexpr std::array kNames = {"isolcpus",    "nohz_full",  "rcu_nocbs", "nosmt",
                                  "threadirqs",  "skew_tick",  "preempt",   "idle",
                                  "irqaffinity", "max_cstate", "nohlt"};
-  const std::string_view name = parameter.substr(0, parameter.find('='));
-  const std::string_view last = name.substr(name.rfind('.') + 1);
-  return name.starts_with("sched_") || name.find("haltpoll") != name.npos ||
-         std::ranges::find(kWhole, last) != kWhole.end();
-}
-
-std::string boot_parameters() {
   std::istringstream command_line(first_line("/proc/cmdline"));
   std::vector<std::string> parameters;
   for (std::string parameter; command_line >> parameter;) {
-    if (affects_scheduling(parameter)) parameters.push_back(parameter);
+    const std::string name = parameter.substr(0, parameter.find('='));
+    if (name.starts_with("sched_") || name.find("haltpoll") != name.npos ||
+        std::ranges::count(kNames, name.substr(name.rfind('.') + 1)) > 0)
+      parameters.push_back(parameter);
   }
   return program::joined(parameters, " ");
 }
 
+/// The minimum of several rounds, to exclude interruptions.
+double clock_cost(clockid_t clock) {
+  constexpr int kReadings = 200;
+  double best = 1e9;
+  for (int round = 0; round < 20; ++round) {
+    const std::int64_t begin = read_clock(CLOCK_MONOTONIC).count();
+    for (int i = 0; i < kReadings; ++i) static_cast<void>(read_clock(clock));
+    best = std::min(best, static_cast<double>(read_clock(CLOCK_MONOTONIC).count() - begin) / kReadings);
+  }
+  return best;
+}
+
+HiccupHistogram watch(Duration length) {
+  HiccupHistogram distances;
+  std::int64_t before = read_clock(CLOCK_MONOTONIC).count();
+  const std::int64_t end = before + length.count();
+  while (before < end) {
+    const std::int64_t now = read_clock(CLOCK_MONOTONIC).count();
+    distances.add(Duration(now - before));
+    before = now;
+  }
+  return distances;
+}
+
 }  // namespace
+
+Noise measure_noise(Duration length) {
+  Noise noise;
+  noise.length = length;
+  timespec resolution{};
+  clock_getres(CLOCK_MONOTONIC, &resolution);
+  noise.clock_resolution = std::chrono::seconds(resolution.tv_sec) + Duration(resolution.tv_nsec);
+  noise.clock_cost_ns = clock_cost(CLOCK_MONOTONIC);
+  noise.cpu_clock_cost_ns = clock_cost(CLOCK_THREAD_CPUTIME_ID);
+
+  const std::vector<int> cpus = allowed_cpus();
+  noise.cores.resize(cpus.size());
+  std::vector<std::future<void>> watchers;  // whose destructors join the threads
+  std::promise<void> begin;                 // whose destructor, after an exception, ends their wait
+  const std::shared_future<void> begun = begin.get_future();
+  for (std::size_t i = 0; i < cpus.size(); ++i)
+    watchers.push_back(std::async(std::launch::async, [&, i, begun] {
+      pin_to_cpus({cpus[i]});
+      begun.wait();
+      noise.cores[i] = watch(length).summary(cpus[i]);
+    }));
+  begin.set_value();
+  for (std::future<void>& w : watchers) w.get();
+  return noise;
+}
 
 Machine read_machine(Duration watch) {
   Machine m;
@@ -98,8 +138,7 @@ Machine read_machine(Duration watch) {
   m.processors = static_cast<int>(std::thread::hardware_concurrency());
   m.rt_runtime_us = number_in("/proc/sys/kernel/sched_rt_runtime_us", -1);
   m.rt_period_us = number_in("/proc/sys/kernel/sched_rt_period_us", 0);
-  double loads[1] = {0};
-  if (getloadavg(loads, 1) == 1) m.load_average = loads[0];
+  static_cast<void>(getloadavg(&m.load_average, 1));  // which stays 0 on failure
   m.turbo = turbo();
   m.boot_parameters = boot_parameters();
   m.clock_source = first_line("/sys/devices/system/clocksource/clocksource0/current_clocksource");
@@ -112,29 +151,36 @@ Machine read_machine(Duration watch) {
 
 std::vector<std::string> warnings(const Machine& m) {
   std::vector<std::string> sentences;
-  const auto warn_if = [&](bool unfit, const std::string& sentence) {
-    if (unfit) sentences.push_back(sentence);
+  const auto warn_if = [&](bool unfit, const auto&... words) {
+    if (unfit) sentences.push_back(program::concat(words...));
   };
+  const auto brief = [](double value) { return std::to_string(value).substr(0, 4); };
   warn_if(!m.hypervisor.empty(),
           "This is a virtual machine: the hypervisor can withhold its CPUs at any time.");
-  warn_if(!m.governor.empty() && m.governor != "performance",
-          "The frequency governor is " + m.governor + ", not performance.");
-  warn_if(m.load_average > 0.5 * m.processors,
-          program::text("Other programs are running: the load average is %.4s on %d processors.",
-                        std::to_string(m.load_average).c_str(), m.processors));
+  warn_if(!m.governor.empty() && m.governor != "performance", "The frequency governor is ", m.governor,
+          ", not performance.");
+  warn_if(m.load_average > 0.5 * m.processors, "Other programs are running: the load average is ",
+          brief(m.load_average), " on ", m.processors, " processors.");
   warn_if(m.turbo == "on",
           "Turbo is on: the CPU frequency depends on the load of other cores and on the temperature.");
   warn_if(m.boot_parameters.find(kPacking) != std::string::npos,
-          program::concat("The kernel packs threads of the default scheduling class onto few CPUs (",
-                          kPacking, "): ready threads may stay queued while a CPU is idle."));
-  warn_if(m.stolen_percent > 1, program::text("The hypervisor has taken %.4s %% of the CPU time since boot.",
-                                              std::to_string(m.stolen_percent).c_str()));
-  if (const std::size_t n = m.real_time_threads.size(); n > 0) {
-    sentences.push_back(
-        "Other real-time threads can preempt the measurement: " + m.real_time_threads.front() +
-        (n > 1 ? " and " + std::to_string(n - 1) + " more." : "."));
-  }
-  for (const std::string& sentence : warnings(m.noise)) sentences.push_back(sentence);
+          "The kernel packs threads of the default scheduling class onto few CPUs (", kPacking,
+          "): ready threads may stay queued while a CPU is idle.");
+  warn_if(m.stolen_percent > 1, "The hypervisor has taken ", brief(m.stolen_percent),
+          " % of the CPU time since boot.");
+  if (const std::size_t n = m.real_time_threads.size(); n > 0)
+    warn_if(true, "Other real-time threads can preempt the measurement: ", m.real_time_threads.front(),
+            n > 1 ? " and " + std::to_string(n - 1) + " more." : ".");
+  const auto worst = std::ranges::max_element(m.noise.cores, {}, &Hiccups::max);
+  if (worst != m.noise.cores.end())
+    warn_if(worst->max > std::chrono::microseconds(500), "A thread that only read the clock on CPU ",
+            worst->cpu, " was interrupted for ", worst->max.count() / 1000,
+            " us: the executor need not be the cause of single latencies of that size.");
+  for (const Hiccups& h : m.noise.cores)
+    warn_if(h.lost_percent >= 2, "On CPU ", h.cpu, " a busy thread lost ", brief(h.lost_percent),
+            " % of its time to interruptions.");
+  warn_if(m.noise.clock_cost_ns > 200, "Reading the clock costs ", static_cast<int>(m.noise.clock_cost_ns),
+          " ns, so it needs a system call; check the clock source.");
   warn_if(m.build_type == "Debug", "This is a debug build.");
   return sentences;
 }

@@ -65,9 +65,6 @@ class HiccupHistogram {
 /// created.
 Noise measure_noise(Duration length);
 
-/// Sentences about noise that affects results.
-std::vector<std::string> warnings(const Noise& noise);
-
 /// The properties of this machine that affect results; stored with every result.
 struct Machine {
   std::string cpu_model, kernel, distribution, governor, hypervisor, compiler, build_type;

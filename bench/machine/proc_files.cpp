@@ -23,21 +23,17 @@ std::string first_line(const std::string& path) {
 std::string value_of(const std::string& path, const std::string& key, char separator) {
   std::ifstream in(path);
   for (std::string line; std::getline(in, line);) {
-    if (line.rfind(key, 0) != 0) continue;
-    std::size_t from = line.find(separator);
-    if (from == std::string::npos) continue;
-    from = line.find_first_not_of(" \t\"", from + 1);
-    if (from == std::string::npos) return "";
-    return line.substr(from, line.find_last_not_of(" \t\"") + 1 - from);
+    const std::size_t from = line.find(separator);
+    if (!line.starts_with(key) || from == std::string::npos) continue;
+    const std::size_t first = line.find_first_not_of(" \t\"", from + 1);
+    return first == line.npos ? "" : line.substr(first, line.find_last_not_of(" \t\"") + 1 - first);
   }
   return "";
 }
 
 long number_in(const std::string& path, long otherwise) {
-  std::ifstream in(path);
-  long value = otherwise;
-  in >> value;
-  return in ? value : otherwise;
+  long value = 0;
+  return std::ifstream(path) >> value ? value : otherwise;
 }
 
 std::vector<std::string> names_in(const std::string& folder) {
@@ -51,8 +47,7 @@ std::vector<std::string> names_in(const std::string& folder) {
 
 std::vector<std::string> processes() {
   std::vector<std::string> ids = names_in("/proc");
-  std::erase_if(
-      ids, [](const std::string& name) { return name.find_first_not_of("0123456789") != std::string::npos; });
+  std::erase_if(ids, [](const std::string& id) { return id.find_first_not_of("0123456789") != id.npos; });
   return ids;
 }
 
@@ -61,8 +56,6 @@ namespace {
 /// Clock ticks: user nice system idle iowait irq softirq steal.
 using Ticks = std::array<long long, 8>;
 constexpr int kAllCpus = -1;
-
-long long busy(const Ticks& t) { return t[0] + t[1] + t[2] + t[5] + t[6]; }
 
 Duration of_ticks(long long ticks) {
   return Duration(std::chrono::seconds(1)) * ticks / sysconf(_SC_CLK_TCK);
@@ -111,17 +104,15 @@ ProcessorTimes processor_times(const std::string& proc_stat, const std::vector<i
   for (const auto& [cpu, ticks] : ticks_by_cpu(proc_stat)) {
     if (cpu == kAllCpus || (!cpus.empty() && std::ranges::count(cpus, cpu) == 0)) continue;
     ++times.cpus;
-    times.busy += of_ticks(busy(ticks));
+    times.busy += of_ticks(ticks[0] + ticks[1] + ticks[2] + ticks[5] + ticks[6]);
     times.stolen += of_ticks(ticks.back());
   }
   return times;
 }
 
 ProcessorTimes processor_times(const std::vector<int>& cpus) {
-  std::ifstream file("/proc/stat");
-  std::ostringstream content;
-  content << file.rdbuf();
-  ProcessorTimes times = processor_times(content.str(), cpus);
+  ProcessorTimes times =
+      processor_times((std::ostringstream() << std::ifstream("/proc/stat").rdbuf()).str(), cpus);
   times.throttled = throttled_time(cpus);
   return times;
 }

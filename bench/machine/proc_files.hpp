@@ -18,10 +18,8 @@ std::string value_of(const std::string& path, const std::string& key, char separ
 
 long number_in(const std::string& path, long otherwise);
 
-/// The names of the files in a folder, of which any may be gone meanwhile.
+/// The names of the files in a folder, and the ids of all processes. Any may be gone meanwhile.
 std::vector<std::string> names_in(const std::string& folder);
-
-/// The ids of all processes, as in /proc. Any process may have ended meanwhile.
 std::vector<std::string> processes();
 
 /// Counters of the kernel since boot, summed over CPUs. The resolution is its clock tick (10 ms);

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "machine/proc_files.hpp"
 
@@ -29,10 +30,8 @@ class SharedMemoryWatch {
   void remove_orphans() const {
     std::set<std::string> orphans = files_;
     std::ranges::set_difference(fast_dds_files(), before_, std::inserter(orphans, orphans.end()));
-    for (const std::string& process : processes()) {
-      if (orphans.empty()) return;
+    for (const std::string& process : orphans.empty() ? std::vector<std::string>() : processes())
       for (const std::string& used : used_files(process)) orphans.erase(used);
-    }
     for (const std::filesystem::path file : orphans) {
       unlink(file.c_str());
       // Fast DDS uses the semaphore of a port only while it opens the port.
