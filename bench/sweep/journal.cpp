@@ -21,7 +21,6 @@
 #include "program/output_target.hpp"
 #include "program/table.hpp"
 #include "program/text.hpp"
-#include "program/whole_file.hpp"
 
 namespace hotpath::sweep {
 
@@ -81,14 +80,8 @@ void check_same_sweep(const fs::path& folder, const Design& design) {
 
 }  // namespace
 
-Journal::Journal(fs::path folder, std::uint64_t cells)
-    : folder_(std::move(folder)), file_(folder_ / kJournal), cells_(cells) {}
-
-Journal::~Journal() {
-  if (descriptor_ >= 0) close(descriptor_);
-}
-
-Journal::Journal(fs::path folder, const Design& design) : Journal(std::move(folder), design.cells()) {
+Journal::Journal(fs::path folder, const Design& design)
+    : folder_(std::move(folder)), file_(folder_ / kJournal), cells_(design.cells()) {
   std::error_code unknown;
   program::check_output_folder(folder_, fs::exists(folder_ / kFacts, unknown) ? kFacts : kJournal);
   program::create_folder(folder_);
@@ -140,15 +133,16 @@ void Journal::read_back() {
   // The rest was being written when the sweep ended, or is damaged as well.
   const std::uintmax_t size = fs::file_size(file_);
   if (size == whole) return;
-  if (ftruncate(descriptor_, static_cast<off_t>(whole)) != 0) fail(errno);
+  if (truncate(file_.c_str(), static_cast<off_t>(whole)) != 0) fail(errno);
   notes_.push_back(program::concat(file_.string(), ": the last ", size - whole,
                                    " bytes are an incomplete line and were removed; their cells run again"));
 }
 
 void Journal::open() {
-  descriptor_ = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-  if (descriptor_ < 0) fail(errno);
-  if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
+  const int descriptor = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  if (descriptor < 0) fail(errno);
+  out_.emplace(descriptor);
+  if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return;
   if (errno == EWOULDBLOCK)
     refuse("another process runs the sweep in ", folder_.string(), "; wait until it ends, or ");
   notes_.push_back(
@@ -171,21 +165,16 @@ std::vector<std::uint64_t> Journal::missing() const {
 }
 
 void Journal::add(std::uint64_t cell, const std::string& rows) {
-  pending_ += line_of(cell, rows);
+  if (!(*out_ << line_of(cell, rows))) fail(errno);
   rows_[cell] = rows;
   if (std::chrono::steady_clock::now() - flushed_ > kFlushEvery) flush();
 }
 
 void Journal::flush() {
+  if (!*out_) return;  // as reported before
   flushed_ = std::chrono::steady_clock::now();
-  for (std::size_t at = 0; at < pending_.size();) {
-    const ssize_t n = write(descriptor_, pending_.data() + at, pending_.size() - at);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail(errno);
-    at += static_cast<std::size_t>(n);
-  }
-  pending_.clear();
-  if (fdatasync(descriptor_) != 0) fail(errno);
+  if (!out_->flush()) fail(errno);
+  if (const std::error_code error = program::await_disk(file_)) fail(error.value());
   done_ = rows_.size();
 }
 

@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "program/whole_file.hpp"
 #include "sweep/design.hpp"
 
 namespace hotpath::sweep {
@@ -22,9 +24,6 @@ class Journal {
   /// Creates the folder, or continues the sweep in it. Throws UsageError if the folder belongs to
   /// another sweep file, to another build, or to a running process.
   Journal(std::filesystem::path folder, const Design& design);
-  ~Journal();
-  Journal(const Journal&) = delete;
-  Journal& operator=(const Journal&) = delete;
 
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
   /// Notes for the user about the existing folder, mainly damage.
@@ -43,8 +42,6 @@ class Journal {
   void write_table(const std::vector<std::string>& columns) const;
 
  private:
-  /// The public constructor delegates to it, so that the destructor unlocks if it throws.
-  Journal(std::filesystem::path folder, std::uint64_t cells);
   void open();
   void read_back();
   [[noreturn]] void fail(int error) const;
@@ -53,8 +50,7 @@ class Journal {
   std::uint64_t cells_;
   std::map<std::uint64_t, std::string> rows_;  ///< Of the finished cells, also those not yet on disk.
   std::size_t done_ = 0;
-  int descriptor_ = -1;
-  std::string pending_;
+  std::optional<program::FileStream> out_;  ///< Locked.
   std::vector<std::string> notes_;
   std::chrono::steady_clock::time_point flushed_ = std::chrono::steady_clock::now();
 };
