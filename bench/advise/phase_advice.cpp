@@ -7,7 +7,7 @@
 
 #include "advise/advice_report.hpp"
 #include "advise/phase_search.hpp"
-#include "guarantees/witnesses.hpp"
+#include "guarantees/analyze.hpp"
 #include "hotpath/analysis/parallel.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "program/errors.hpp"

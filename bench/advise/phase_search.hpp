@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "advise/candidates.hpp"
-#include "bounds/exact_worst_cases.hpp"
+#include "bounds/bounds.hpp"
 #include "hotpath/reference_system/phases.hpp"
 
 namespace hotpath::advise {

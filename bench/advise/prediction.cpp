@@ -71,7 +71,7 @@ void add_bounds(Prediction& prediction, const Objective& objective, const setup:
   const auto all =
       setup::guarantees(candidate.graph, candidate.tasks, candidate.spec, &options, &prediction.refusal);
   const auto bound_of = [&](std::size_t c) {
-    return all ? all->of(candidate.graph.chains[c].name, objective.latency) : std::nullopt;
+    return all ? all->of(objective.latency, candidate.graph.chains[c].name) : std::nullopt;
   };
   prediction.bound = bound_of(objective.chain);
   prediction.proven = !objective.requirements.empty() &&

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "advise/candidates.hpp"
-#include "bounds/exact_worst_cases.hpp"
+#include "bounds/bounds.hpp"
 #include "hotpath/core/workload.hpp"
 #include "setup/run_setup.hpp"
 

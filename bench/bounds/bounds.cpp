@@ -53,11 +53,6 @@ void add_publications(const GraphTasks& tasks, TaskId id, CallbackGraph& out) {
   }
 }
 
-void keep_smaller(std::optional<Guarantee>& kept, std::optional<std::int64_t> bound,
-                  const std::string& method) {
-  if (bound && (!kept || *bound < kept->ns)) kept = {*bound, method};
-}
-
 }  // namespace
 
 std::vector<BoundedChain> bounded_chains(const Graph& graph, const GraphTasks& tasks) {
@@ -83,30 +78,25 @@ CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool p
   return out;
 }
 
-std::optional<Guarantee> Guarantees::of(const std::string& chain, Latency latency) const {
-  const auto bounded = std::ranges::find(chains, chain, &ChainGuarantee::name);
-  if (bounded == chains.end()) return std::nullopt;
-  return latency == Latency::age ? bounded->age : bounded->hot_path;
-}
-
 std::optional<Guarantees> smallest_of(const CallbackGraph& callbacks,
                                       const std::vector<GraphBounds>& all_bounds) {
-  Guarantees all;
-  all.tasks.resize(callbacks.set.size());
-  for (const CallbackGraph::DataChain& chain : callbacks.chains) all.chains.push_back({chain.name, {}, {}});
-  bool covered = false;
+  std::optional<Guarantees> all;
   for (const GraphBounds& bounds : all_bounds) {
-    covered = covered || !bounds.refusal;
-    for (std::size_t t = 0; t < bounds.tasks.size(); ++t) {
-      keep_smaller(all.tasks[t], bounds.tasks[t], bounds.method);
-    }
+    if (bounds.refusal) continue;
+    if (!all) all.emplace();
+    const auto keep = [&](Latency latency, const std::string& name, std::optional<std::int64_t> bound) {
+      const auto kept = all->of(latency, name);
+      if (bound && (!kept || *bound < kept->ns)) (*all)[{latency, name}] = {*bound, bounds.method};
+    };
+    for (TaskId id = 0; id < bounds.tasks.size(); ++id)
+      keep(Latency::response, callbacks.set[id].name, bounds.tasks[id]);
     for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
       if (!bounds.chains[c]) continue;
-      keep_smaller(all.chains[c].age, bounds.chains[c]->latency, bounds.method);
-      keep_smaller(all.chains[c].hot_path, bounds.chains[c]->hot_path, bounds.method);
+      keep(Latency::age, callbacks.chains[c].name, bounds.chains[c]->latency);
+      keep(Latency::hot_path, callbacks.chains[c].name, bounds.chains[c]->hot_path);
     }
   }
-  return covered ? std::optional(std::move(all)) : std::nullopt;
+  return all;
 }
 
 }  // namespace hotpath::bounds

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bounds/exact_worst_cases.hpp"
+#include "bounds/bounds.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -62,19 +62,16 @@ class WorstCases final : public ExplorationObserver {
     std::vector<ReachedWorstCase> all;
     for (std::uint32_t slot = 0; slot < witnesses.size(); ++slot) {
       if (!witnesses[slot]) continue;
-      ReachedWorstCase& worst = all.emplace_back();
-      worst.witness = std::move(*witnesses[slot]);
-      worst.number = slot;
+      Witness& witness = *witnesses[slot];
       if (slot < tasks_.set.size()) {
-        worst.value_ns = *bounds_.tasks[slot];
+        all.push_back({Latency::response, slot, *bounds_.tasks[slot], std::move(witness)});
         continue;
       }
       const std::size_t row = (slot - tasks_.set.size()) / 2;
-      worst.number = chains_[row].number;
       const ChainAge& age = *bounds_.chains[row];
       const bool hot_path = slot_of_hot_path(row) == slot;
-      worst.latency = hot_path ? Latency::hot_path : Latency::age;
-      worst.value_ns = hot_path ? *age.hot_path : age.latency;
+      all.push_back({hot_path ? Latency::hot_path : Latency::age, chains_[row].number,
+                     hot_path ? *age.hot_path : age.latency, std::move(witness)});
     }
     return all;
   }
@@ -110,11 +107,12 @@ class WorstCases final : public ExplorationObserver {
     }
     if (oldest == kNever) return;
     std::optional<ChainAge>& worst = bounds_.chains[row];
-    std::optional<std::int64_t> age = worst ? std::optional(worst->latency) : std::nullopt;
-    if (!worst) worst.emplace();
-    if (raise(age, (instant.latest() - oldest).count())) instant.keep_longest(slot_of_age(row), {});
-    worst->latency = worst->response = *age;
-    worst->sink = observation.sink.task;
+    const std::int64_t age = (instant.latest() - oldest).count();
+    if (!worst || age > worst->latency) {
+      if (!worst) worst.emplace();
+      worst->latency = worst->response = age;
+      instant.keep_longest(slot_of_age(row), {});
+    }
     if (raise(worst->hot_path, hot_path.count())) instant.keep(slot_of_hot_path(row), from_sources, hot_path);
   }
 
@@ -232,9 +230,8 @@ void add_subscriptions(const Graph& graph, const GraphTasks& tasks, const Schedu
 GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& given, const ExecutorEntry& executor,
                               const SchedulerOptions& scheduling, const ExactOptions& exact,
                               std::vector<ReachedWorstCase>* reached) {
-  GraphBounds none;
-  none.method = exact.phase_uncertainty > Duration{} ? kNearPhasesMethod : kExactMethod;
-  GraphBounds bounds = none;
+  const bool uncertain = exact.phase_uncertainty > Duration{};
+  GraphBounds bounds{.method = uncertain ? kNearPhasesMethod : kExactMethod};
   ExplorationOptions options;
   options.max_states = exact.max_states;
   options.platform = make_platform(graph, executor);
@@ -246,25 +243,21 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& given, const
     activations.set = tasks.set;
     activations.phases_known = true;
     activations.delivery_known = unknown_deliveries(graph).empty();
-    check(graph, tasks, {activations, executor, scheduling, options.platform},
-          exact.phase_uncertainty > Duration{});
+    check(graph, tasks, {activations, executor, scheduling, options.platform}, uncertain);
     const HeldReleases by_exploration;
     for (Task& task : tasks.set.tasks) {
       if (task.release_jitter > Duration{}) task.release_delays = &by_exploration;
     }
     const std::unique_ptr<const Scheduler> scheduler = executor.make(tasks.set, scheduling);
-    {
-      WorstCases worst(tasks, chains, bounds);
-      worst.keeps_timestamps = exact.phase_uncertainty > Duration{};
-      explore_graph(graph, tasks, *scheduler, options, worst, reached);
-    }
+    WorstCases worst(tasks, chains, bounds);
+    worst.keeps_timestamps = uncertain;
+    explore_graph(graph, tasks, *scheduler, options, worst, reached);
     add_subscriptions(graph, tasks, *scheduler, options, bounds, reached);
   } catch (const ExplorationRefused& error) {
-    const std::string lower_bounds = at_least(graph, chains, bounds);
-    bounds = none;
-    bounds.refusal = error.what();
-    if (error.why == ExplorationRefused::Why::states) *bounds.refusal += exact.more_states;
-    *bounds.refusal += lower_bounds;
+    const bool too_many = error.why == ExplorationRefused::Why::states;
+    return {.method = bounds.method,
+            .refusal = program::concat(error.what(), too_many ? exact.more_states : "",
+                                       at_least(graph, chains, bounds))};
   }
   return bounds;
 }

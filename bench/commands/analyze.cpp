@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "guarantees/analyze.hpp"
-#include "bounds/exact_worst_cases.hpp"
+#include "bounds/bounds.hpp"
 #include "commands/command.hpp"
 #include "watch/contract.hpp"
 

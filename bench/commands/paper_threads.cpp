@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <map>
 
-#include "bounds/exact_worst_cases.hpp"
+#include "bounds/bounds.hpp"
 #include "commands/command.hpp"
-#include "guarantees/witnesses.hpp"
+#include "guarantees/analyze.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "setup/deployed_system.hpp"
 
@@ -78,15 +78,15 @@ class JudgedStudy {
   std::size_t schedules() const { return schedules_.size(); }
 
   void add_rows(Table& table) const {
-    const auto guaranteed = setup::guarantees(graph_, tasks_, executor_);
+    const auto guaranteed = setup::guarantees(graph_, tasks_, executor_).value_or(bounds::Guarantees());
     for (const Published& p : study_.published) {
       std::optional<GraphBounds> synchronous;
       if (!p.any_phases) synchronous = exact(0, p.best_case_percent);
       for (std::size_t c = 0; c < longest_.size(); ++c) {
         const Longest reached = synchronous ? Longest{synchronous->chains[c]->latency, 0} : longest_[c];
+        const auto bound = guaranteed.of(Latency::age, graph_.chains[c].name);
         std::optional<std::int64_t> most;
-        if (synchronous) most = reached.ns;
-        if (!synchronous && guaranteed && guaranteed->chains[c].age) most = guaranteed->chains[c].age->ns;
+        if (synchronous || bound) most = synchronous ? reached.ns : bound->ns;
         const std::int64_t published = std::llround(p.ms[c] * 1e6);
         // A longer schedule refutes a value; an upper bound that it does not undercut confirms it.
         const char* const verdict = reached.ns > published       ? "refuted"

@@ -7,8 +7,7 @@
 #include <ostream>
 #include <sstream>
 
-#include "bounds/exact_worst_cases.hpp"
-#include "guarantees/witnesses.hpp"
+#include "bounds/bounds.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
@@ -251,11 +250,10 @@ class Analysis {
   /// Without `reached`, the values stand beside others, and must not take much longer than those.
   GraphBounds exact(const Graph& graph, const CallbackGraph& callbacks, const setup::ExecutorSpec& executor,
                     std::vector<bounds::ReachedWorstCase>* reached) const {
-    GraphBounds none;
-    none.method = uncertainty() > Duration{} ? bounds::kNearPhasesMethod : bounds::kExactMethod;
-    if (!executor.entry) none.refusal = "several executors are not explored";
-    if (!callbacks.phases_known) none.refusal = "worst cases are exact for known phases only; give --phases";
-    if (none.refusal) return none;
+    const char* const method = uncertainty() > Duration{} ? bounds::kNearPhasesMethod : bounds::kExactMethod;
+    if (!callbacks.phases_known)
+      return {.method = method, .refusal = "worst cases are exact for known phases only; give --phases"};
+    if (!executor.entry) return {.method = method, .refusal = "several executors are not explored"};
     GraphTasks tasks = tasks_;
     tasks.set = callbacks.set;
     const bool many = options_.exact && reached != nullptr;

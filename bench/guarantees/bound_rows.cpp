@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "guarantees/bound_rows.hpp"
+#include "guarantees/analyze.hpp"
 
 #include <algorithm>
 #include <map>
@@ -95,11 +95,8 @@ void print_verdict(std::ostream& out, const std::vector<BoundRow>& tasks) {
   const auto late = std::ranges::find_if(tasks, [](const BoundRow& row) {
     return row.deadline_ns && (!row.bound_ns || *row.bound_ns > *row.deadline_ns);
   });
-  if (late == tasks.end()) {
-    out << "Schedulable: every timer meets its deadline.\n";
-  } else {
-    out << "Schedulability not shown: " << late->name << " may exceed its deadline.\n";
-  }
+  out << (late == tasks.end() ? "Schedulable: every timer meets its deadline.\n"
+                              : "Schedulability not shown: " + late->name + " may exceed its deadline.\n");
 }
 
 }  // namespace
@@ -146,12 +143,13 @@ std::vector<BoundRow> bound_rows(const BoundRow& common, const CallbackGraph& gr
     add(Latency::age, graph.chains[c].name, age ? std::optional(age->latency) : std::nullopt);
     age ? add_parts(rows.back(), *age, graph.set) : void(rows.back().last_timer = bounds.no_chain_bound[c]);
   }
-  const auto bounded = [](const std::optional<ChainAge>& age) { return age && age->hot_path; };
-  const bool any_hot_path = std::ranges::any_of(bounds.chains, bounded);
-  for (std::size_t c = 0; any_hot_path && c < bounds.chains.size(); ++c) {
-    add(Latency::hot_path, graph.chains[c].name,
-        bounds.chains[c] ? bounds.chains[c]->hot_path : std::nullopt);
-  }
+  const auto hot_path_of = [](const std::optional<ChainAge>& age) {
+    return age ? age->hot_path : std::nullopt;
+  };
+  const bool any =
+      std::ranges::any_of(bounds.chains, [&](const auto& age) { return hot_path_of(age).has_value(); });
+  for (std::size_t c = 0; any && c < bounds.chains.size(); ++c)
+    add(Latency::hot_path, graph.chains[c].name, hot_path_of(bounds.chains[c]));
   return rows;
 }
 
@@ -221,8 +219,7 @@ std::vector<std::string> verdict(const std::vector<BoundRow>& rows,
     std::vector<std::string> values, delivered, unbounded;
     for (const std::string& executor : executors) {
       const auto row = by_executor.find(executor);
-      if (row != by_executor.end()) bounded.push_back(row->second);
-      if (row == by_executor.end()) unbounded.push_back(executor);
+      row == by_executor.end() ? unbounded.push_back(executor) : bounded.push_back(row->second);
     }
     std::ranges::stable_sort(bounded, {}, &BoundRow::bound_ns);
     for (const BoundRow* row : bounded) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "guarantees/witnesses.hpp"
+#include "guarantees/analyze.hpp"
 
 #include <algorithm>
 #include <cctype>

@@ -3,7 +3,7 @@
 // large graph; and the growth of the exploration of several threads.
 #include <numeric>
 
-#include "bounds/exact_worst_cases.hpp"
+#include "bounds/bounds.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <numeric>
 
-#include "bounds/exact_worst_cases.hpp"
+#include "bounds/bounds.hpp"
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/text.hpp"

@@ -105,7 +105,7 @@ std::vector<results::BoundRecord> timer_bounds(const Graph& graph, const GraphTa
   for (const ExecutorSpec& executor : executors) {
     const auto all = executor.entry ? guarantees(graph, tasks, executor) : std::nullopt;
     for (TaskId id = 0; all && id < tasks.set.size(); ++id) {
-      if (const auto& bound = all->tasks[id])
+      if (const auto bound = all->of(Latency::response, tasks.set[id].name))
         bounds.push_back({executor.label, tasks.set[id].name, Duration(bound->ns), bound->method});
     }
   }

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <iostream>
 
-#include "bounds/exact_worst_cases.hpp"
+#include "bounds/bounds.hpp"
 #include "hotpath/core/enum_text.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
@@ -46,13 +46,10 @@ Capacity find_capacity(const Levels& levels, std::size_t coarse,
   };
   const std::size_t last = levels.count() - 1;
   std::optional<std::size_t> below, above;  // the first level that failed, and the last before it that held
-  for (std::size_t i = 0; i < std::max<std::size_t>(coarse, 2); ++i) {
-    const std::size_t level = i * last / (std::max<std::size_t>(coarse, 2) - 1);
-    if (!holds(level)) {
-      if (!above) above = level;
-    } else if (!above) {
-      below = level;
-    }
+  for (std::size_t i = 0; i < coarse; ++i) {
+    const std::size_t level = i * last / (coarse - 1);
+    const bool held = holds(level);
+    if (!above) (held ? below : above) = level;
   }
   while (below && above && *above - *below > 1) {
     const std::size_t middle = *below + (*above - *below) / 2;
@@ -160,13 +157,13 @@ std::vector<program::Value> measures_of(const results::ExecutorSummary& executor
 std::optional<std::string> failure_of(const bounds::Guarantees& guaranteed, const TaskSet& set,
                                       const Graph& graph, const Requirement& require) {
   for (const TaskId id : set.timers()) {
-    const auto& bound = guaranteed.tasks[id];
+    const auto bound = guaranteed.of(Latency::response, set[id].name);
     if (bound && Duration(bound->ns) <= set[id].deadline) continue;
     return "no bound of " + set[id].name + " within its deadline";
   }
   for (const Chain& named : graph.chains)
     for (const auto& [latency, limit_ms] : require.most_ms) {
-      const auto bound = guaranteed.of(named.name, latency);
+      const auto bound = guaranteed.of(latency, named.name);
       if (!bound || !(to_ms(Duration(bound->ns)) <= limit_ms))
         return concat("no bound of ", named.name, " within the ", word_of(latency));
     }
@@ -290,8 +287,9 @@ class CapacitySearch {
         refused = concat("\n", label, ", ", over_, " ", exact(level), ": ", refusal, "\n");
       if (!guaranteed) return refusal.empty() ? "no method covers it" : refusal;
       any = true;
-      for_these |= std::ranges::any_of(
-          guaranteed->tasks, [](const auto& task) { return task && task->method == bounds::kExactMethod; });
+      for_these |= std::ranges::any_of(*guaranteed, [](const auto& of) {
+        return of.first.first == Latency::response && of.second.method == bounds::kExactMethod;
+      });
       return failure_of(*guaranteed, tasks.set, graph, options_.require);
     });
     notes_ += refused;
@@ -319,12 +317,13 @@ class CapacitySearch {
   void write(const std::filesystem::path& folder) const {
     // With 95 % confidence, at least this share of all repetitions would hold.
     const double share = 100 * std::pow(0.05, 1.0 / options_.repetitions);
-    const std::string below = program::text(
-                                  "\n%u of %u repetitions of %g s must hold: with 95 %% confidence at least "
-                                  "%.1f %% of all such runs "
-                                  "do.\n",
-                                  options_.repetitions, options_.repetitions, options_.duration_s, share) +
-                              notes_;
+    const unsigned n = options_.repetitions;
+    const std::string below =
+        program::text(
+            "\n%u of %u repetitions of %g s must hold: with 95 %% confidence at least %.1f %% of all "
+            "such runs do.\n",
+            n, n, options_.duration_s, share) +
+        notes_;
     std::cout << found_ << below;
     program::create_folder(folder);
     program::write_whole_file(folder / "capacity.md", markdown_of(found_, {1, 2, 3}) + below);

@@ -30,7 +30,7 @@ struct Capacity {
   [[nodiscard]] std::vector<std::size_t> again() const;
 };
 
-/// Tries `coarse` levels spread over the range, then bisects between the first level that fails and
+/// Tries `coarse` levels, >= 2, spread over the range, then bisects between the first level that fails and
 /// the level before it. `failure` returns why a level fails, none if it holds.
 [[nodiscard]] Capacity find_capacity(const Levels& levels, std::size_t coarse,
                                      const std::function<std::optional<std::string>(double level)>& failure);

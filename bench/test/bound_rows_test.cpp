@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bounds beside the observations of a stored run.
-#include "guarantees/bound_rows.hpp"
+#include "guarantees/analyze.hpp"
 
 #include <gmock/gmock.h>
 

@@ -5,7 +5,6 @@
 #include <map>
 
 #include "bounds/bounds.hpp"
-#include "bounds/exact_worst_cases.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/text.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Chains whose data goes round in a circle, and the exact method's limits: publications before the end of
 // jobs, and jitter under a timer thread that jobs wake up.
-#include "bounds/exact_worst_cases.hpp"
+#include "bounds/bounds.hpp"
 
 #include <gmock/gmock.h>
 

@@ -39,31 +39,31 @@ TEST(CallbackGraph, CallbacksThatNoMethodCoversAreRejected) {
                 testing::ThrowsMessage<AnalysisError>(HasSubstr(reason)));
 }
 
-const bounds::ChainGuarantee hot_path_of_autoware(const char* executor, SubscriptionRule rule) {
+Duration of_autoware(Latency latency, const char* executor,
+                     SubscriptionRule rule = SubscriptionRule::inherit) {
   const Graph graph = load_graph(find_graph("autoware"));
   const setup::ExecutorSpec spec = setup::parse_executor(executor, {.rule = rule});
-  return setup::guarantees(graph, make_tasks(graph), spec).value().chains.at(0);
+  return Duration(setup::guarantees(graph, make_tasks(graph), spec)->of(latency, "hot_path").value().ns);
 }
 
 TEST(Guarantees, OnlyTheFourJobsBehindTheLaterDriverCountWhereNothingMayComeBetween) {
   for (const auto& [executor, rule] :
        {std::pair("fp-ro", SubscriptionRule::inherit), std::pair("fp-ro", SubscriptionRule::first),
         std::pair("rm-ro", SubscriptionRule::first)}) {
-    EXPECT_EQ(Duration(hot_path_of_autoware(executor, rule).hot_path.value().ns), 16'800us) << executor;
+    EXPECT_EQ(of_autoware(Latency::hot_path, executor, rule), 16'800us) << executor;
   }
 }
 
 TEST(Guarantees, FasterTimersComeBetweenUnderRateMonotonicOrder) {
   // Six more jobs: of the timers with 25 and 60 ms, and of what they and the other driver activate.
-  EXPECT_EQ(Duration(hot_path_of_autoware("rm-ro", SubscriptionRule::inherit).hot_path.value().ns), 42ms);
+  EXPECT_EQ(of_autoware(Latency::hot_path, "rm-ro"), 42ms);
 }
 
 TEST(Guarantees, AgeOfDataThatWaitedCountsOneWorstCase) {
-  const bounds::ChainGuarantee rate_monotonic = hot_path_of_autoware("rm-ro", SubscriptionRule::inherit);
-  EXPECT_LE(Duration(rate_monotonic.age.value().ns), 200'500us);  // 150.4 ms are reached
-  EXPECT_LE(Duration(hot_path_of_autoware("fp-ro", SubscriptionRule::inherit).age.value().ns), 189'300us);
-  EXPECT_LE(Duration(hot_path_of_autoware("edf-ro", SubscriptionRule::inherit).age.value().ns), 201'800us);
-  EXPECT_LT(Duration(hot_path_of_autoware("default", SubscriptionRule::inherit).age.value().ns), 566ms);
+  EXPECT_LE(of_autoware(Latency::age, "rm-ro"), 200'500us);  // 150.4 ms are reached
+  EXPECT_LE(of_autoware(Latency::age, "fp-ro"), 189'300us);
+  EXPECT_LE(of_autoware(Latency::age, "edf-ro"), 201'800us);
+  EXPECT_LT(of_autoware(Latency::age, "default"), 566ms);
 }
 
 TEST(Guarantees, InputsThatTakeTurnsWaitForTheirPhasesOnly) {
@@ -97,7 +97,7 @@ TEST(Guarantees, OnSeveralThreadsAJobMayLastAsLongAsItsPeriod) {
       "name: g\nplatform: {cores: 2}\nnodes:\n"
       "- {name: S, type: sensor, period_ms: 10, execution_time_ms: 10}\n");
   const auto all = setup::guarantees(graph, make_tasks(graph), setup::parse_executor("multi:2", {}));
-  EXPECT_EQ(Duration(all.value().tasks.at(0).value().ns), 10ms);
+  EXPECT_EQ(Duration(all.value().of(Latency::response, "S").value().ns), 10ms);
 }
 
 TEST(Guarantees, DataWaitsLongerWhereALateWaitSetSkipsTimestamps) {
@@ -109,7 +109,7 @@ TEST(Guarantees, DataWaitsLongerWhereALateWaitSetSkipsTimestamps) {
   const auto all = setup::guarantees(graph, make_tasks(graph), setup::parse_executor("default", {}));
   // P starts up to 52 ms late, and F up to 54 ms behind the timestamp of P or Q. A sample of P is the newest
   // until that of P's next timestamp, which may follow the late start, arrives; then Q completes the join.
-  EXPECT_EQ(Duration(all.value().chains.at(0).age.value().ns), (20ms + 52ms) + 54ms + 54ms);
+  EXPECT_EQ(Duration(all.value().of(Latency::age, "c").value().ns), (20ms + 52ms) + 54ms + 54ms);
 }
 
 /// A client every second with 1 ms of work, its service with 2 ms and the last priority, and between them a
@@ -134,13 +134,13 @@ TEST(Guarantees, AServiceWaitBoundsTheServiceInOverloadAndItsCostToOthers) {
   };
   const bounds::Guarantees with = of(100ms), without = of(0ms);
   // Behind the 30 ms of the timer; with the wait, also behind one service.
-  EXPECT_EQ(Duration(without.tasks[0].value().ns), 31ms);
-  EXPECT_EQ(Duration(with.tasks[0].value().ns), 33ms);
-  EXPECT_FALSE(with.tasks[1]);  // more than all time
-  EXPECT_FALSE(without.tasks[2]);
-  EXPECT_EQ(Duration(with.tasks[2].value().ns), 100ms + 30ms + 2ms);
-  EXPECT_FALSE(without.chains[0].age);
-  EXPECT_EQ(Duration(with.chains[0].age.value().ns), 33ms + 132ms);
+  EXPECT_EQ(Duration(without.of(Latency::response, "Client").value().ns), 31ms);
+  EXPECT_EQ(Duration(with.of(Latency::response, "Client").value().ns), 33ms);
+  EXPECT_FALSE(with.of(Latency::response, "Hog"));  // more than all time
+  EXPECT_FALSE(without.of(Latency::response, "Service/Client"));
+  EXPECT_EQ(Duration(with.of(Latency::response, "Service/Client").value().ns), 100ms + 30ms + 2ms);
+  EXPECT_FALSE(without.of(Latency::age, "c"));
+  EXPECT_EQ(Duration(with.of(Latency::age, "c").value().ns), 33ms + 132ms);
 }
 
 TEST(Guarantees, WithAServiceWaitDeploymentsHaveNone) {
@@ -164,7 +164,7 @@ TEST(Guarantees, ADeploymentOfPinnedThreadsHasThoseOfItsProcessors) {
   const auto picas =
       setup::guarantees(graph, tasks, setup::deploy(find_deployment("picas", graph, tasks), {}));
   // From the rear driver on: its transformer on the other processor, then five jobs before the estimator.
-  EXPECT_EQ(Duration(picas.value().chains.at(0).hot_path.value().ns), 25'200us);
+  EXPECT_EQ(Duration(picas.value().of(Latency::hot_path, "hot_path").value().ns), 25'200us);
   EXPECT_FALSE(setup::guarantees(graph, tasks, setup::deploy(find_deployment("isolated", graph, tasks), {})));
 }
 

@@ -54,8 +54,7 @@ std::vector<CallbackContract> named_callbacks(const Graph& graph, const GraphTas
 }
 
 ObservedSystem observed_system(const Graph& graph, const GraphTasks& tasks,
-                               const setup::ExecutorSpec& executor,
-                               const std::optional<bounds::Guarantees>& bounds) {
+                               const setup::ExecutorSpec& executor, const bounds::Guarantees& bounds) {
   const std::size_t count = tasks.set.size();
   ObservedSystem system{tasks.set, setup::threads_of(graph, executor), executor.plan.executor_of,
                         make_platform(graph, *setup::parts(executor).front().entry)};
@@ -63,7 +62,8 @@ ObservedSystem observed_system(const Graph& graph, const GraphTasks& tasks,
   system.responses.resize(count);
   system.always.resize(count);
   for (TaskId task = 0; task < count; ++task) {
-    if (bounds && bounds->tasks[task]) system.responses[task] = Duration(bounds->tasks[task]->ns);
+    if (const auto bound = bounds.of(Latency::response, tasks.set[task].name))
+      system.responses[task] = Duration(bound->ns);
     const std::vector<Publication>& publishes = tasks.callbacks[task].publishes;
     for (std::size_t p = 0; p < publishes.size(); ++p)
       for (const TaskId reader : tasks.readers[task][p])
@@ -185,15 +185,14 @@ std::vector<Term> recorded_terms(const Recorded& recorded, const Task& task, Dur
   return terms;
 }
 
-std::vector<Group> chains_of(const Graph& graph, const GraphTasks& tasks,
-                             const std::optional<bounds::Guarantees>& bounds) {
+std::vector<Group> chains_of(const Graph& graph, const GraphTasks& tasks, const bounds::Guarantees& bounds) {
   std::vector<Group> all;
   for (const ChainIndex& index : index_chains(graph, tasks)) {
     Group& chain = all.emplace_back(Group{graph.chains[all.size()].name});
     chain.callbacks.assign(index.sources.begin(), index.sources.end());
     chain.sinks.assign(index.sink_tasks.begin(), index.sink_tasks.end());
     for (const Latency of : {Latency::hot_path, Latency::age})
-      if (const auto bound = bounds ? bounds->of(chain.name, of) : std::nullopt)
+      if (const auto bound = bounds.of(of, chain.name))
         chain.terms.push_back(
             {of == Latency::age ? Clause::age : Clause::hot_path, bound->ns, Origin::derived});
   }
@@ -229,7 +228,7 @@ std::vector<Group> threads_of(const setup::ExecutorSpec& executor, const TaskSet
 }  // namespace
 
 Contract stated_contract(const Graph& graph, const GraphTasks& tasks, const setup::ExecutorSpec& executor) {
-  const auto bounds = setup::guarantees(graph, tasks, executor);
+  const auto bounds = setup::guarantees(graph, tasks, executor).value_or(bounds::Guarantees());
   const ObservedSystem system = observed_system(graph, tasks, executor, bounds);
   Contract contract{named_callbacks(graph, tasks), chains_of(graph, tasks, bounds),
                     threads_of(executor, tasks.set, &system)};
@@ -250,7 +249,7 @@ Contract recorded_contract(const guarantees::AnalyzeOptions& options, double mar
              program::joined(run.executors(), ", "));
   run.load(tasks.set);
   const setup::ExecutorSpec& executor = system.executors.front();
-  Contract contract{named_callbacks(system.graph, tasks), chains_of(system.graph, tasks, std::nullopt),
+  Contract contract{named_callbacks(system.graph, tasks), chains_of(system.graph, tasks, {}),
                     threads_of(executor, tasks.set, nullptr)};
   const Trace& trace = run.trace(executor.label, 0);
   if (run.record().kind == results::RunKind::recorded) allow_several(contract, trace, tasks);
