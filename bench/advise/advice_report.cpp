@@ -18,6 +18,7 @@ namespace hotpath::advise {
 namespace {
 
 using nlohmann::json;
+using results::words_of;
 using program::concat, program::fixed, program::joined, program::Table;
 
 /// `1 thread`, `2 threads`.
@@ -27,6 +28,12 @@ std::string counted(std::uint64_t count, const char* thing) {
 
 /// The latency that the objective is not about.
 Latency other_latency(const Objective& of) { return of.of_age() ? Latency::hot_path : Latency::age; }
+
+/// The key of `chains_ms`.
+std::string key_of(Objective::Statistic statistic, Latency latency) {
+  if (latency == Latency::hot_path) return to_string(statistic);
+  return statistic == Objective::Statistic::worst ? "age" : concat("age_", to_string(statistic));
+}
 
 /// The same statistic of a latency.
 Objective latency_beside(const Advice& advice, Latency latency) {
@@ -52,27 +59,26 @@ Table ranking_table(const Advice& advice, const json& ranking) {
   const bool lateness = objective.kind == Objective::Kind::worst_lateness;
   const std::string subject = chains ? advice.graph.chains[objective.chain].name : advice.graph.name;
   const std::string statistic = to_string(objective.statistic);
-  const std::string of_age = statistic == "worst" ? "age" : "age_" + statistic;
-  Table table(concat(subject, ": ", chains ? concat(metric_text(objective.latency), " in ms") : "jobs",
+  Table table(concat(subject, ": ", chains ? concat(words_of(objective.latency).phrase, " in ms") : "jobs",
                      ", best first by ", order_of(objective), "; simulated, but for the bound"),
               {""});
   const auto add = [&](const std::vector<std::string>& names) {
     table.header.insert(table.header.end(), names.begin(), names.end());
   };
-  if (chains) add({"median", "p99", "worst", concat(to_string(other_latency(objective)), "\n", statistic)});
+  if (chains) add(words<Objective::Statistic>());
+  if (chains) add({concat(to_string(other_latency(objective)), "\n", statistic)});
   if (lateness) add({"worst\nlateness ms"});
   add({"lost\n%", "timers\nlate", "never\nran", "threads", "cores\nused", "bound"});
   for (const json& p : ranking) {
     if (p["overload"] != "") continue;
     std::vector<program::Value> row = {p["name"]};
-    for (const char* latency : {"median_ms", "p99_ms", "worst_ms"}) {
-      if (!chains) break;
-      const json interval = p[latency].value("interval", json());
+    for (const std::string& of : chains ? words<Objective::Statistic>() : std::vector<std::string>()) {
+      const json &latency = p[of + "_ms"], interval = latency.value("interval", json());
       row.emplace_back(
-          fixed(p[latency]["value"], 1),
+          fixed(latency["value"], 1),
           interval.is_null() ? "" : concat("[", fixed(interval[0], 1), ", ", fixed(interval[1], 1), "]"));
     }
-    if (chains) row.emplace_back(fixed(p["chains_ms"][subject][objective.of_age() ? statistic : of_age], 1));
+    if (chains) row.emplace_back(fixed(p["chains_ms"][subject][key_of(objective.statistic, other_latency(objective))], 1));
     if (lateness) row.emplace_back(fixed(p["objective"], 1));
     row.insert(row.end(),
                {fixed(p["lost_percent"], 1), p["timers_late"], p["never_ran"] > 0 ? p["never_ran"] : json(),
@@ -162,7 +168,7 @@ std::string confidence(const Advice& advice) {
                                : ", a difference within noise");
   }
   if (!best.bound) return text + "; theory gives no bound.";
-  text += concat("; by theory the ", metric_text(advice.objective.latency), " never exceeds ",
+  text += concat("; by theory the ", words_of(advice.objective.latency).phrase, " never exceeds ",
                  fixed(to_ms(Duration(best.bound->ns)), 1), " ms (", best.bound->method, ")");
   if (advice.objective.requirements.empty()) return text + ".";
   return concat(text, ", so ", advice.objective.text, " is ", best.proven ? "" : "not ", "guaranteed.");
@@ -243,7 +249,7 @@ std::string other_chains(const Advice& advice) {
       chains.push_back(advice.graph.chains[of.chain].name + " " + gain(advice, of));
   }
   if (chains.empty()) return "";
-  return concat(all ? "Chains, " : "Chains beside the objective, ", metric_text(of.latency), " (",
+  return concat(all ? "Chains, " : "Chains beside the objective, ", words_of(of.latency).phrase, " (",
                 to_string(of.statistic), "): ", joined(chains, "; "), ".");
 }
 
@@ -277,16 +283,17 @@ json row_json(const Advice& advice, const Prediction& p) {
   row["never_ran"] = p.summary.never_ran();
   row["starved"] = results::starved(p.summary);
   for (const results::ChainSummary& chain : p.summary.chains) {
-    const Quantiles &q = chain.hot_path.quantiles, &age = chain.end_to_end.quantiles;
-    row["chains_ms"][chain.chain] = {{"median", q.p50},       {"p99", q.p99},       {"worst", q.max},
-                                     {"age_median", age.p50}, {"age_p99", age.p99}, {"age", age.max}};
+    for (const auto& [statistic, name] : enum_texts(Objective::Statistic{}))
+      for (const Latency of : {Latency::age, Latency::hot_path})
+        row["chains_ms"][chain.chain][key_of(statistic, of)] =
+            chain.latency(of).quantiles.*quantile_of(statistic).of;
   }
   row["cores_used"] = p.cores_used;
   row["bound_ms"] = p.bound ? json(to_ms(Duration(p.bound->ns))) : json();
   row["bound_method"] = p.bound ? p.bound->method : "";
   if (!advice.objective.requirements.empty()) row["proven"] = p.proven;
   if (!p.refusal.empty()) row["bound_refusal"] = p.refusal;
-  row["bound_of"] = advice.objective.of_age() ? "end to end" : "hot path";
+  row["bound_of"] = words_of(advice.objective.latency).bound;
   row["periods_ms"] = json::object();
   for (const results::TaskSummary& t : p.summary.tasks) {
     if (std::isfinite(t.period_range_ms()))
@@ -296,12 +303,10 @@ json row_json(const Advice& advice, const Prediction& p) {
   if (advice.graph.chains.empty()) return row;
   const results::LatencySummary& l =
       p.summary.chains[advice.objective.chain].latency(advice.objective.latency);
-  for (const auto& [name, of] : {std::pair("median_ms", &Quantiles::p50),
-                                 {"p99_ms", &Quantiles::p99},
-                                 {"worst_ms", &Quantiles::max}}) {
-    const auto [value, interval] = l.estimate(of);
-    row[name]["value"] = value;
-    if (interval) row[name]["interval"] = {interval->low, interval->high};
+  for (const auto& [statistic, name] : enum_texts(Objective::Statistic{})) {
+    const auto [value, interval] = l.estimate(quantile_of(statistic).of);
+    json& estimate = row[concat(name, "_ms")] = {{"value", value}};
+    if (interval) estimate["interval"] = {interval->low, interval->high};
   }
   return row;
 }
@@ -344,7 +349,7 @@ void to_json(json& j, const Advice& advice) {
   j = {{"version", HOTPATH_VERSION},
        {"graph", advice.graph.name},
        {"objective", advice.objective.text},
-       {"metric", metric_text(advice.objective.latency)},
+       {"metric", words_of(advice.objective.latency).phrase},
        {"order", order_of(advice.objective)},
        {"draws", advice.draws()},
        {"asked_draws", advice.asked_draws()},

@@ -53,7 +53,7 @@ Objective latency_of(const std::string& chain, const std::string& words, const G
   if (!statistic) refuse(words);
   Objective objective{.statistic = *statistic, .latency = age ? Latency::age : Latency::hot_path};
   objective.chain = chain_named(chain, graph, objective.note);
-  objective.text = program::concat(metric_text(objective.latency), " of ", graph.chains[objective.chain].name,
+  objective.text = program::concat(results::words_of(objective.latency).phrase, " of ", graph.chains[objective.chain].name,
                                    " (", to_string(*statistic), ")");
   return objective;
 }
@@ -81,15 +81,6 @@ double worst_lateness(const results::ExecutorSummary& summary) {
 }
 
 }  // namespace
-
-const QuantileTraits& quantile_of(Statistic statistic) {
-  const double probability = statistic == Statistic::median ? 0.5 : statistic == Statistic::p99 ? 0.99 : 1;
-  return *std::ranges::find(kQuantiles, probability, &QuantileTraits::probability);
-}
-
-const char* metric_text(Latency latency) {
-  return latency == Latency::age ? "age of the data" : "hot-path latency";
-}
 
 Objective parse_objective(const std::optional<std::string>& given, const Graph& graph, Statistic usual) {
   if (!given && !graph.chains.empty()) return latency_of(graph.chains.front().name, "age", graph, usual);

@@ -11,6 +11,7 @@
 
 #include "advise/advice.hpp"
 #include "hotpath/reference_system/graph.hpp"
+#include "results/measures.hpp"
 #include "results/summary.hpp"
 #include "setup/utilisation.hpp"
 
@@ -44,7 +45,9 @@ constexpr auto enum_texts(Objective::Statistic) {
   return texts_in_order<Objective::Statistic>({"median", "p99", "worst"});
 }
 /// The quantile of latencies that a statistic is.
-[[nodiscard]] const QuantileTraits& quantile_of(Objective::Statistic statistic);
+[[nodiscard]] constexpr const QuantileTraits& quantile_of(Objective::Statistic statistic) {
+  return results::kJudgedQuantiles[static_cast<std::size_t>(statistic)];
+}
 
 /// Parses `CHAIN:age:p99` (also median, worst; `CHAIN:age`: `usual`) of the age, `CHAIN:p99` of the hot-path
 /// latency, a list of `CHAIN<MS` with commas, `worst_lateness`, or `losses`. The chain `hot_path` is the
@@ -52,8 +55,6 @@ constexpr auto enum_texts(Objective::Statistic) {
 /// chains, `worst_lateness`. Throws UsageError, also if the graph lacks the chain.
 [[nodiscard]] Objective parse_objective(const std::optional<std::string>& given, const Graph& graph,
                                         Objective::Statistic usual = Objective::Statistic::p99);
-/// `age of the data` or `hot-path latency`.
-[[nodiscard]] const char* metric_text(Latency latency);
 
 /// How well an objective is met; smaller is better. By default the worst.
 struct Score {

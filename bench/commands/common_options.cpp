@@ -77,14 +77,17 @@ bool changes(const fs::path& output, const fs::path& input) {
   return !fs::exists(input / "run.json", error) || kOfRun.contains(file) || file.starts_with("input_");
 }
 
+std::set<const CLI::Option*> output_files;  // of add_output_file()
+
 /// Throws UsageError if an output of a parsed command is one of its inputs or another output.
 void check_outputs(const CLI::App& command) {
-  static const std::set<std::string> kOutputs = {"--output", "--csv", "--junit", "--markdown", "--witness"};
   std::error_code error;
   std::map<std::string, fs::path> outputs, inputs;
   for (const CLI::Option* option : command.get_options()) {
     const std::string name = option->get_name();
-    const bool output = kOutputs.contains(name) || (name == "--contract" && command.get_name() == "analyze");
+    // A folder that an option names is written; those that arguments name are read.
+    const bool folder = option->nonpositional() && option->get_type_name() == "FOLDER";
+    const bool output = folder || output_files.contains(option);
     for (const std::string& value : option->results()) {
       if (output && value != "-") outputs[name] = canonical(value);
       std::vector<std::string> parts = list_items(value);
@@ -153,7 +156,9 @@ CLI::Validator not_empty() {
 
 CLI::Option* add_output_file(CLI::App& command, const std::string& option, std::string& file,
                              const std::string& help) {
-  return add(command, option, file, "FILE", help)->check([option](const std::string& name) {
+  CLI::Option* const added = add(command, option, file, "FILE", help);
+  output_files.insert(added);
+  return added->check([option](const std::string& name) {
     if (name != "-") program::check_output_file(name, option);  // `-`: standard output
     return std::string();
   });

@@ -9,6 +9,7 @@
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
 #include "program/text.hpp"
+#include "results/measures.hpp"
 
 namespace hotpath::comparison {
 
@@ -16,8 +17,6 @@ using nlohmann::json;
 using program::text;
 
 namespace {
-
-constexpr std::pair<double, const char*> kPercentiles[] = {{0.5, "p50"}, {0.99, "p99"}, {1.0, "max"}};
 
 /// Numbers of Google Benchmark's own that are no result, and times, which its compare.py compares.
 const std::set<std::string> kNoCounters = {"family_index", "per_family_instance_index",
@@ -86,7 +85,8 @@ Percentiles percentiles_of(const Side& before, const Side& after) {
     if (other == after.samples.end()) continue;
     const RepeatedSamples old = samples.resampled(), now = other->second.resampled();
     const BootstrapOptions resampling = {.pairs = are_pairs(key, before, after)};
-    for (const auto& [p, name] : kPercentiles) {
+    for (const QuantileTraits& of : results::kJudgedQuantiles) {
+      const double p = of.probability;
       const Estimate change = difference_of_quantiles(now, old, p, resampling);
       const Verdict verdict = verdict_of(samples, other->second, change);
       ++all.verdicts[*key.latency][verdict];
@@ -95,7 +95,7 @@ Percentiles percentiles_of(const Side& before, const Side& after) {
                     json(key.setting), json(key.executor), json(key.tasks)};
       Row shown = {text_of(key)};
       for (Row* const row : {&stored, &shown})
-        row->insert(row->end(), {name, text("%.3f", quantile(old.pooled(), p)),
+        row->insert(row->end(), {of.key, text("%.3f", quantile(old.pooled(), p)),
                                  text("%.3f", quantile(now.pooled(), p)), text("%+.3f", change.value),
                                  interval_text("[%+.3f, %+.3f]", change.interval), to_string(verdict) + why});
       all.stored.add_row(stored);

@@ -3,7 +3,7 @@
 
 #include <array>
 #include <cstdint>
-#include <map>
+#include <string>
 #include <vector>
 
 #include "hotpath/core/enum_text.hpp"
@@ -67,10 +67,17 @@ constexpr auto enum_texts(Rule) {
 }
 /// All causes, in the order of the enumeration.
 inline constexpr auto kCauseTexts = enum_texts(Cause{});
-inline constexpr std::size_t kCauses = kCauseTexts.size();
 [[nodiscard]] constexpr const char* phrase(Cause cause) {
   return kCauseTexts[static_cast<std::size_t>(cause)].phrase;
 }
+
+/// One latency to explain.
+struct Output {
+  std::uint32_t repetition = 0;
+  std::uint64_t sequence = 0;  ///< Of the sink's job, or of the task's.
+  Duration latency{};          ///< As measured, >= 0.
+  TaskId sink = kNoTask;       ///< The task of that job.
+};
 
 /// An interval of a latency with one cause.
 struct Part {
@@ -83,14 +90,10 @@ struct Part {
 
 /// A wait of a job on a path for threads or a callback group that other jobs had.
 struct ThreadsInWait {
-  struct Ran {
-    JobRef job;
-    Time start, finish;       ///< kNever: it was running at the end of the run.
-    bool same_group = false;  ///< It had the callback group of the waiting job.
-  };
   std::size_t step = 0;  ///< Index into Explanation::path.
   Time from{}, to{};
-  std::map<std::size_t, std::vector<Ran>> threads;  ///< By worker: what ran in [from, to), in order of start.
+  std::size_t threads = 0;
+  std::string sentence;  ///< What every thread ran in [from, to), in ms from the beginning of the latency.
 };
 
 /// The account of one latency.

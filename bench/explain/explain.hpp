@@ -1,19 +1,120 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <compare>
 #include <cstdint>
 #include <map>
-#include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "explain/explain_report.hpp"
 #include "explain/explainer.hpp"
+#include "hotpath/analysis/statistics.hpp"
 #include "setup/stored_system.hpp"
 #include "simulated/repetition.hpp"
 
 namespace hotpath::explain {
+
+/// Sums over many outputs.
+struct Totals {
+  /// What the time passed with.
+  struct Key {
+    Cause cause = Cause::unexplained;
+    Rule rule = Rule::none;
+    TaskId task = kNoTask;  ///< Of the job that was waited for or, of Cause::running, that ran on the path.
+
+    [[nodiscard]] bool waited() const { return task != kNoTask && cause != Cause::running; }
+    friend auto operator<=>(const Key&, const Key&) = default;
+  };
+
+  std::uint64_t outputs = 0;
+  Duration latency{};
+  std::map<Key, Duration> times = {};
+
+  void add(const Explanation& explanation) {
+    ++outputs;
+    latency += explanation.latency;
+    for (const Part& part : explanation.parts) {
+      const JobRecord& on_path = explanation.path[part.step];
+      const TaskId task = part.cause == Cause::running ? on_path.job.task : part.behind.task;
+      times[{part.cause, part.rule, task}] += part.length;
+    }
+  }
+  [[nodiscard]] Duration sum(Cause cause) const {
+    Duration sum{};
+    for (const auto& [key, time] : times) sum += key.cause == cause ? time : Duration{};
+    return sum;
+  }
+  /// Means in ms; 0 without outputs.
+  [[nodiscard]] double mean_ms() const { return mean_ms(latency); }
+  [[nodiscard]] double mean_ms(Cause cause) const { return mean_ms(sum(cause)); }
+  [[nodiscard]] double mean_ms(const Key& key) const {
+    const auto time = times.find(key);
+    return time == times.end() ? 0 : mean_ms(time->second);
+  }
+
+ private:
+  [[nodiscard]] double mean_ms(Duration time) const {
+    return outputs == 0 ? 0 : to_ms(time) / static_cast<double>(outputs);
+  }
+};
+
+/// Share of the outputs in the tail.
+inline constexpr double kTail = 0.01;
+
+[[nodiscard]] inline std::vector<Output> sorted_by_latency(std::vector<Output> outputs) {
+  std::ranges::stable_sort(outputs, {}, &Output::latency);
+  return outputs;
+}
+
+/// The causes of all outputs, of those around the median, and of the worst.
+class Overview {
+ public:
+  /// `outputs` must not be empty.
+  explicit Overview(const std::vector<Output>& outputs) {
+    const std::vector<Output> sorted = sorted_by_latency(outputs);
+    middle_from_ = sorted[nearest_rank(sorted.size(), 0.45)].latency;
+    middle_to_ = sorted[nearest_rank(sorted.size(), 0.55)].latency;
+    const auto worst = std::max(1.0, std::floor(kTail * static_cast<double>(sorted.size())));
+    tail_from_ = sorted[sorted.size() - static_cast<std::size_t>(worst)].latency;
+  }
+  void add(const Explanation& explanation) {
+    const Duration latency = explanation.latency;
+    all.add(explanation);
+    if (latency >= middle_from_ && latency <= middle_to_) middle.add(explanation);
+    if (latency >= tail_from_) tail.add(explanation);
+  }
+
+  Totals all, middle, tail;
+
+ private:
+  Duration middle_from_{}, middle_to_{}, tail_from_{};
+};
+
+/// The names of what was explained.
+struct Subject {
+  const TaskSet& set;
+  std::string executor;  ///< Its label; of a comparison of two runs, also the run.
+  std::string name;      ///< Of the chain; of response times, of the task.
+  Latency latency = Latency::age;
+  std::size_t missing = 0;                 ///< Outputs whose jobs the trace lacks.
+  std::size_t fewer = 0;                   ///< Of a comparison: outputs that the other side has more.
+  std::vector<std::string> warnings = {};  ///< Sentences about overload and starvation.
+};
+
+/// What is shown of an explanation: the sentences, and tables and notes as text or the data as JSON.
+struct Report {
+  std::vector<std::string> sentences;  ///< At most six.
+  std::string text;
+  nlohmann::json data;
+};
+[[nodiscard]] Report report(const Subject& subject, const Explanation& explanation);
+[[nodiscard]] Report report(const Subject& subject, const Overview& overview);
+/// Why one is faster than the other.
+[[nodiscard]] Report report(const Subject& a, const Totals& of_a, const Subject& b, const Totals& of_b);
 
 /// The command line of `hotpath explain`.
 struct Options {
@@ -27,7 +128,8 @@ struct Options {
   bool worst = false;
   std::optional<double> quantile;  ///< In [0, 1].
   std::optional<std::uint64_t> sequence;
-  bool json = false;  ///< Instead of text.
+  bool json = false;        ///< Instead of text.
+  std::size_t slowest = 0;  ///< Not 0: the largest response times of every task, so many of each.
 };
 
 /// Explains one output, many outputs, or the difference of two executors. Reads jobs.csv row by row;
@@ -53,7 +155,7 @@ class StoredOutputs {
   StoredOutputs(const StoredOutputs&) = delete;
   StoredOutputs& operator=(const StoredOutputs&) = delete;
 
-  /// In the order of the file; not empty.
+  /// In the order of the file, of the slowest jobs by task; not empty but for these.
   [[nodiscard]] const std::vector<Output>& outputs() const { return outputs_; }
   [[nodiscard]] const Subject& subject() const { return subject_; }
   /// How many outputs `other` has more, over the repetitions that both ran; 0 if their lengths differ. Those
@@ -62,26 +164,19 @@ class StoredOutputs {
   /// Explains these outputs. Throws UsageError if none of their jobs is in the trace, InputError.
   void explain(const std::vector<Output>& outputs, const Explainer::Use& use);
 
-  /// Explains the counted jobs with the largest response times of every task, at most `most` of each. Throws
-  /// as the constructor and explain() do.
-  static void explain_tasks(const results::StoredRun& run, const std::string& executor, std::size_t most,
-                            const Explainer::Use& use);
-
  private:
-  /// Without a target.
-  StoredOutputs(const results::StoredRun& run, const std::string& executor,
-                std::optional<std::uint32_t> repetition);
-  [[nodiscard]] bool selected(std::string_view executor, std::uint32_t repetition) const;
-  /// `use` gets the counted jobs of all tasks.
-  void for_each_response(const std::function<void(const Output&)>& use) const;
-  void pass_jobs(Explainer& explainer) const;
+  [[nodiscard]] bool selected(const auto& row) const {
+    return row.executor == subject_.executor && (!repetition_ || row.repetition == *repetition_);
+  }
+  void find_outputs(const Options& options);
+  /// The counted jobs of one task, or the slowest of all.
+  void find_jobs(const Options& options);
 
   const results::StoredRun& run_;
   const setup::StoredSystem stored_;
-  const std::string executor_;
   const std::optional<std::uint32_t> repetition_;
   std::optional<System> system_;
-  std::optional<std::uint32_t> chain_;  // to explain; none: a task
+  std::optional<std::uint32_t> chain_;  // to explain; none: jobs
   Subject subject_;
   std::vector<Output> outputs_;
   std::map<std::uint32_t, std::size_t> counted_;  // by repetition, with those left out

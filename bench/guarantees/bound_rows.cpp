@@ -14,11 +14,6 @@ namespace {
 
 using program::Column;
 
-/// The column `kind`.
-const char* kind_of(const BoundRow& row) {
-  return row.latency == Latency::response ? "task" : row.latency == Latency::age ? "chain" : "hot_path";
-}
-
 /// Nanoseconds as milliseconds; `-` for none.
 std::string in_ms(std::optional<std::int64_t> ns) {
   return ns ? program::fixed(to_ms(Duration(*ns)), 3) : "-";
@@ -63,15 +58,15 @@ void add_parts(BoundRow& row, const ChainAge& age, const TaskSet& set) {
 /// The columns of a printed table.
 std::vector<Column<BoundRow>> shown_columns(Latency latency, bool compared,
                                             const std::vector<BoundRow>& rows) {
-  std::vector<Column<BoundRow>> columns = {{latency == Latency::response ? "task"
-                                            : latency == Latency::age    ? "chain, end to end"
-                                                                         : "chain, hot path",
-                                            &BoundRow::name}};
+  const results::LatencyWords& words = results::words_of(latency);
+  const bool of_task = latency == Latency::response;
+  std::vector<Column<BoundRow>> columns = {
+      {of_task ? words.kind : program::concat("chain, ", words.bound), &BoundRow::name}};
   const auto add_ms = [&](const char* name, std::optional<std::int64_t> BoundRow::*member) {
     columns.emplace_back(name, [member](const BoundRow& row) { return in_ms(row.*member); });
   };
   add_ms("bound ms", &BoundRow::bound_ns);
-  if (latency == Latency::response) {
+  if (of_task) {
     columns.emplace_back("deadline", [](const BoundRow& row) {
       return row.deadline_ns ? in_ms(row.deadline_ns) : std::string();
     });
@@ -105,7 +100,7 @@ const std::vector<Column<BoundRow>>& bound_columns() {
   static const std::vector<Column<BoundRow>> columns = {
       {"executor", &BoundRow::executor},
       {"method", &BoundRow::method},
-      {"kind", kind_of},
+      {"kind", [](const BoundRow& row) { return results::words_of(row.latency).kind; }},
       {"name", &BoundRow::name},
       {"bound_ns", &BoundRow::bound_ns},
       {"observed_ns", &BoundRow::observed_ns},
@@ -183,8 +178,7 @@ void Observed::compare(BoundRow& row) {
   if (!row.bound_ns) return;
   compared += values.size();
   if (row.violated() && violations == 0) {
-    first_violation =
-        program::concat(kind_of(row), " ", row.name, " under ", row.executor, " by ", row.method);
+    first_violation = program::concat(results::words_of(row.latency).kind, " ", row.name, " under ", row.executor, " by ", row.method);
   }
   violations += static_cast<std::size_t>(
       std::ranges::count_if(values, [&](std::int64_t value) { return value > *row.bound_ns; }));

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "explain/explain_report.hpp"
+#include "explain/explain.hpp"
 
 namespace hotpath::page {
 
@@ -37,7 +37,7 @@ json outputs_json(std::vector<Explanation>& explained, std::size_t most_parts) {
     explain::Totals totals;
     totals.add(e);
     json causes = json::array(), parts = json::array(), path = json::array();
-    for (const Duration cause : totals.causes) causes.push_back(cause.count());
+    for (const auto& cause : explain::kCauseTexts) causes.push_back(totals.sum(cause.value).count());
     const bool fits = e.parts.size() <= most_parts;
     most_parts = fits ? most_parts - e.parts.size() : 0;
     for (const explain::Part& p : fits ? e.parts : std::vector<explain::Part>()) {

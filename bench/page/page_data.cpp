@@ -125,9 +125,12 @@ class RunData {
       return;
     }
     try {
+      explain::Options options;
+      options.slowest = most;
       for (const std::string& executor : run_.executors()) {
         std::vector<std::vector<explain::Explanation>> slowest(tasks);
-        explain::StoredOutputs::explain_tasks(run_, executor, most, [&](const explain::Explanation& of) {
+        explain::StoredOutputs jobs(run_, executor, options);
+        jobs.explain(jobs.outputs(), [&](const explain::Explanation& of) {
           slowest[of.path.back().job.task].push_back(of);
         });
         for (TaskId task = 0; task < tasks; ++task) {

@@ -269,6 +269,21 @@ class JobMeasures {
   return samples;
 }
 
+/// What judgements of latencies are about: the median, p99 and the worst.
+inline constexpr std::array kJudgedQuantiles = {kQuantiles[1], kQuantiles[3], kQuantiles[5]};
+
+/// A latency in words, beside to_string(): in sentences, in tables of bounds and as their `kind`, and as the
+/// beginning of a limit of `--require`.
+struct LatencyWords {
+  const char *phrase, *bound, *kind, *limit;
+};
+inline constexpr LatencyWords kLatencyWords[] = {{"age of the data", "end to end", "chain", "age"},
+                                                 {"hot-path latency", "hot path", "hot_path", "latency"},
+                                                 {"response time", "", "task", ""}};
+[[nodiscard]] constexpr const LatencyWords& words_of(Latency latency) {
+  return kLatencyWords[static_cast<std::size_t>(latency)];
+}
+
 /// Resource usage of a run from its first release to its stop, summed over its processes.
 struct ProcessUsage {
   Duration cpu_time{};

@@ -11,6 +11,7 @@
 #include "hotpath/core/utf8.hpp"
 #include "program/text.hpp"
 #include "results/executor_label.hpp"
+#include "results/measures.hpp"
 
 namespace hotpath::results {
 
@@ -63,8 +64,7 @@ class Events {
     const Task& task = tasks_[r.job.task];
     add(r, task.name, thread_of(r), r.start, to_string(task.kind),
         {{"ph", "X"}, {"dur", to_us(r.duration())}, {"args", args}});
-    // Subscriptions inherit deadlines, under EDF for their order; they never overrun.
-    if (task.kind == TaskKind::timer && r.finish > r.job.deadline) add_marker(r, r.finish, "deadline missed");
+    if (overruns_deadline(task, r.response_time())) add_marker(r, r.finish, "deadline missed");
   }
 
   /// An instant of a task.

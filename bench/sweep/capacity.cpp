@@ -15,6 +15,7 @@
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
+#include "results/measures.hpp"
 #include "setup/deployed_system.hpp"
 #include "sweep/rows.hpp"
 
@@ -59,23 +60,21 @@ Capacity find_capacity(const Levels& levels, std::size_t coarse,
   return capacity;
 }
 
-/// The word of `--require`.
-static const char* word_of(Latency latency) { return latency == Latency::age ? "age" : "latency"; }
-
 Requirement Requirement::parse(const std::vector<std::string>& words) {
   Requirement r{.words = words};
   for (const std::string& word : words) {
     const std::string name = word.substr(0, word.find(':') + 1);
+    const auto limits = [&](Latency of) { return name == concat(results::words_of(of).limit, ":"); };
     if (word == "no-loss") {
       r.no_loss = true;
     } else if (word == "deadlines") {
       r.deadlines = true;
-    } else if (name == "age:" || name == "latency:") {
+    } else if (limits(Latency::age) || limits(Latency::hot_path)) {
       const auto limit_ms = hotpath::parse<double>(std::string_view(word).substr(name.size()));
       if (!(limit_ms > 0.0))
         throw program::UsageError(
             concat("--require: `", word, "` has no limit; write ", name, "60 for 60 ms"));
-      r.most_ms[name == "age:" ? Latency::age : Latency::hot_path] = *limit_ms;
+      r.most_ms[limits(Latency::age) ? Latency::age : Latency::hot_path] = *limit_ms;
     } else {
       throw program::UsageError("--require: `" + word + "` is not no-loss, deadlines, age:MS or latency:MS");
     }
@@ -111,7 +110,7 @@ std::optional<std::string> Requirement::failure(const results::ExecutorSummary& 
           latency == Latency::age ? &Each::OfChain::worst_age_ms : &Each::OfChain::worst_hot_path_ms;
       const auto worst = [c, of](const Each& r) { return r.chains[c].*of; };
       require([worst, limit = limit_ms](const Each& r) { return !(worst(r) <= limit); },
-              program::text("%s %.1f ms", word_of(latency), most(worst)));
+              program::text("%s %.1f ms", results::words_of(latency).limit, most(worst)));
     }
   }
   return first;
@@ -165,7 +164,7 @@ std::optional<std::string> failure_of(const bounds::Guarantees& guaranteed, cons
     for (const auto& [latency, limit_ms] : require.most_ms) {
       const auto bound = guaranteed.of(latency, named.name);
       if (!bound || !(to_ms(Duration(bound->ns)) <= limit_ms))
-        return concat("no bound of ", named.name, " within the ", word_of(latency));
+        return concat("no bound of ", named.name, " within the ", results::words_of(latency).limit);
     }
   return std::nullopt;
 }

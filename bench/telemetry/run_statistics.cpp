@@ -107,12 +107,13 @@ telemetry::ChainSample RunStatistics::add(const ChainRecord& r, Time sink_start)
 }
 
 telemetry::Statistics RunStatistics::take(Time now, const std::function<std::uint64_t(TaskId)>& published) {
+  Trace so_far;
+  so_far.epoch = epoch_;
+  so_far.end = now;
+  for (TaskId id = 0; id < tasks_.set.size(); ++id) so_far.published.push_back(published(id));
+  const std::vector<std::uint64_t> of_tasks = expected_jobs(tasks_.set, so_far);
   std::vector<std::uint64_t> expected(nodes_.size(), 0);
-  for (TaskId id = 0; id < tasks_.set.size(); ++id) {
-    const Task& task = tasks_.set[id];
-    expected[tasks_.origin[id].node] +=
-        task.kind == TaskKind::timer ? timestamps_in(task, epoch_, now) : published(id);
-  }
+  for (TaskId id = 0; id < of_tasks.size(); ++id) expected[tasks_.origin[id].node] += of_tasks[id];
   telemetry::Statistics statistics;
   statistics.run_id(run_id_);
   statistics.number(taken_++);

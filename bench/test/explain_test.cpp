@@ -63,7 +63,7 @@ void check(const Simulated& run, const Explanation& e, bool exact) {
   ASSERT_TRUE(e.complete);
   for (const ThreadsInWait& wait : e.waits)
     ASSERT_TRUE(!exact && wait.from < wait.to && wait.to == e.path[wait.step].start &&
-                wait.threads.size() > 1);
+                wait.threads > 1);
 }
 
 void check_all(const Simulated& run, bool exact) {
@@ -295,9 +295,8 @@ std::vector<Part> parts_of(const Graph& graph, const char* executor, results::Ru
   const GraphTasks tasks = make_tasks(graph);
   const System system(setup::parse_executor(executor, {}), graph, tasks, kind, 1);
   std::vector<Part> parts;
-  Explainer explainer(
-      system, chain, {output}, [&](const Explanation& e) { parts = e.parts; }, Latency::hot_path);
-  explainer.begin(0, nullptr);
+  Explainer explainer(system, chain, Latency::hot_path, {output}, nullptr,
+                      [&](const Explanation& e) { parts = e.parts; });
   for (const JobRecord& job : jobs) explainer.add(job);
   explainer.end();
   return parts;

@@ -2,7 +2,7 @@
 // The causes of many outputs: their totals, the tail, and what two executors differ in.
 #include <gmock/gmock.h>
 
-#include "explain/explain_report.hpp"
+#include "explain/explain.hpp"
 
 namespace hotpath::explain::explain_totals_test {
 
@@ -35,7 +35,7 @@ Totals totals_of(std::initializer_list<std::pair<Cause, Duration>> causes) {
   Totals totals;
   totals.outputs = 1;
   for (const auto& [cause, length] : causes) {
-    totals.causes[static_cast<std::size_t>(cause)] = length;
+    totals.times[{cause}] = length;
     totals.latency += length;
   }
   return totals;
@@ -71,8 +71,9 @@ TEST(Comparisons, NameTheJobsThatOnePathAloneHas) {
   TaskSet set;
   for (const char* const name : {"Lidar", "Camera", "Fusion"}) set.tasks.emplace_back().name = name;
   Totals a = totals_of({{Cause::running, 30ms}}), b = totals_of({{Cause::running, 15ms}});
-  a.running = {{1, 20ms}, {2, 10ms}};
-  b.running = {{0, 5ms}, {2, 10ms}};
+  const auto of = [](TaskId task) { return Totals::Key{Cause::running, Rule::none, task}; };
+  a.times = {{of(1), 20ms}, {of(2), 10ms}};
+  b.times = {{of(0), 5ms}, {of(2), 10ms}};
   EXPECT_THAT(report({set, "a", "chain"}, a, {set, "b", "chain"}, b).sentences,
               testing::IsSupersetOf({"On average, the path under a has 20.0 ms more of Camera.",
                                      "On average, the path under b has 5.0 ms more of Lidar."}));
