@@ -18,8 +18,8 @@ namespace hotpath::advise {
 namespace {
 
 using nlohmann::json;
-using results::words_of;
 using program::concat, program::fixed, program::joined, program::Table;
+using results::words_of;
 
 /// `1 thread`, `2 threads`.
 std::string counted(std::uint64_t count, const char* thing) {
@@ -78,7 +78,9 @@ Table ranking_table(const Advice& advice, const json& ranking) {
           fixed(latency["value"], 1),
           interval.is_null() ? "" : concat("[", fixed(interval[0], 1), ", ", fixed(interval[1], 1), "]"));
     }
-    if (chains) row.emplace_back(fixed(p["chains_ms"][subject][key_of(objective.statistic, other_latency(objective))], 1));
+    if (chains)
+      row.emplace_back(
+          fixed(p["chains_ms"][subject][key_of(objective.statistic, other_latency(objective))], 1));
     if (lateness) row.emplace_back(fixed(p["objective"], 1));
     row.insert(row.end(),
                {fixed(p["lost_percent"], 1), p["timers_late"], p["never_ran"] > 0 ? p["never_ran"] : json(),

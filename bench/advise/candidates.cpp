@@ -53,8 +53,8 @@ Objective latency_of(const std::string& chain, const std::string& words, const G
   if (!statistic) refuse(words);
   Objective objective{.statistic = *statistic, .latency = age ? Latency::age : Latency::hot_path};
   objective.chain = chain_named(chain, graph, objective.note);
-  objective.text = program::concat(results::words_of(objective.latency).phrase, " of ", graph.chains[objective.chain].name,
-                                   " (", to_string(*statistic), ")");
+  objective.text = program::concat(results::words_of(objective.latency).phrase, " of ",
+                                   graph.chains[objective.chain].name, " (", to_string(*statistic), ")");
   return objective;
 }
 

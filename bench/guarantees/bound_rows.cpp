@@ -178,7 +178,8 @@ void Observed::compare(BoundRow& row) {
   if (!row.bound_ns) return;
   compared += values.size();
   if (row.violated() && violations == 0) {
-    first_violation = program::concat(results::words_of(row.latency).kind, " ", row.name, " under ", row.executor, " by ", row.method);
+    first_violation = program::concat(results::words_of(row.latency).kind, " ", row.name, " under ",
+                                      row.executor, " by ", row.method);
   }
   violations += static_cast<std::size_t>(
       std::ranges::count_if(values, [&](std::int64_t value) { return value > *row.bound_ns; }));

@@ -130,9 +130,8 @@ class RunData {
       for (const std::string& executor : run_.executors()) {
         std::vector<std::vector<explain::Explanation>> slowest(tasks);
         explain::StoredOutputs jobs(run_, executor, options);
-        jobs.explain(jobs.outputs(), [&](const explain::Explanation& of) {
-          slowest[of.path.back().job.task].push_back(of);
-        });
+        jobs.explain(jobs.outputs(),
+                     [&](const explain::Explanation& of) { slowest[of.path.back().job.task].push_back(of); });
         for (TaskId task = 0; task < tasks; ++task) {
           data["responses"].push_back(
               {{"task", task},

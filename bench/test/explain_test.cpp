@@ -62,8 +62,7 @@ void check(const Simulated& run, const Explanation& e, bool exact) {
   ASSERT_EQ(sum, e.latency);
   ASSERT_TRUE(e.complete);
   for (const ThreadsInWait& wait : e.waits)
-    ASSERT_TRUE(!exact && wait.from < wait.to && wait.to == e.path[wait.step].start &&
-                wait.threads > 1);
+    ASSERT_TRUE(!exact && wait.from < wait.to && wait.to == e.path[wait.step].start && wait.threads > 1);
 }
 
 void check_all(const Simulated& run, bool exact) {
