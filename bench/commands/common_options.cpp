@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
 #include <map>
 #include <set>
 
@@ -84,31 +83,27 @@ void check_outputs(const CLI::App& command) {
   std::error_code error;
   std::map<std::string, fs::path> outputs, inputs;
   for (const CLI::Option* option : command.get_options()) {
-    const std::string name = option->get_name();
     // A folder that an option names is written; those that arguments name are read.
     const bool folder = option->nonpositional() && option->get_type_name() == "FOLDER";
     const bool output = folder || output_files.contains(option);
     for (const std::string& value : option->results()) {
-      if (output && value != "-") outputs[name] = canonical(value);
+      if (output && value != "-") outputs[option->get_name()] = canonical(value);
       std::vector<std::string> parts = list_items(value);
       parts.push_back(value);
-      for (const std::string& part : parts) {
+      for (const std::string& part : parts)
         for (const std::string& path : {part, part.substr(part.find(':') + 1)})  // such as replay:RUN
           if (!output && !path.empty() && fs::exists(path, error)) inputs[path] = canonical(path);
-      }
     }
   }
   for (const auto& [option, output] : outputs) {
-    for (const auto& [input, path] : inputs) {
+    for (const auto& [input, path] : inputs)
       if (changes(output, path))
         throw UsageError(concat(option, ": ", output.string(), " is an input of the command (", input,
                                 "); name another place"));
-    }
-    for (const auto& [other, path] : outputs) {
+    for (const auto& [other, path] : outputs)
       if (other > option && same(output, path))
         throw UsageError(concat(option, " and ", other, ": ", output.string(),
                                 " would be written twice; name two places"));
-    }
   }
 }
 

@@ -22,9 +22,9 @@ namespace hotpath::imports {
 /// The sample above `percent` of all, which exist, without interpolation: other readers of a trace find the
 /// same. Reorders them.
 [[nodiscard]] auto ranked(auto& samples, std::size_t percent) {
-  const std::size_t place = std::min(samples.size() - 1, samples.size() * percent / 100);
-  std::ranges::nth_element(samples, samples.begin() + static_cast<std::ptrdiff_t>(place));
-  return samples[place];
+  const auto at = samples.begin() + std::min(samples.size() - 1, samples.size() * percent / 100);
+  std::ranges::nth_element(samples, at);
+  return *at;
 }
 
 /// The rule by which callbacks of one node publish a topic, and how well it explains their jobs.

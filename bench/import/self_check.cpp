@@ -112,12 +112,11 @@ void compare_latencies(SelfCheck& check, const std::string& name, const std::vec
   chain.chain = name;
   const auto& of_recording = chain.recorded_ms = validation::latency_quantiles(recorded);
   const auto& of_simulation = chain.simulated_ms = validation::latency_quantiles(simulated);
-  if (recorded.empty() || simulated.empty()) {
+  if (recorded.empty() || simulated.empty())
     return check.doubt(
         program::concat("No output of ", name, recorded.empty() ? " was recorded" : " was simulated",
                         ": its latency cannot be compared."),
         recorded.empty() ? Light::yellow : Light::red);
-  }
   chain.median_error_percent = error_percent(of_recording.p50, of_simulation.p50);
   chain.p99_error_percent = error_percent(of_recording.p99, of_simulation.p99);
   chain.between_modes = std::abs(chain.median_error_percent) > kMedianError_percent &&

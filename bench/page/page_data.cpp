@@ -181,18 +181,12 @@ class RunData {
   std::vector<std::string> notes_;
 };
 
-json words_of_causes() {
-  json causes = json::array();
-  for (const explain::CauseText& cause : explain::kCauseTexts) {
-    causes.push_back({{"name", cause.text}, {"phrase", cause.phrase}, {"colour", cause.colour}});
-  }
-  return causes;
-}
-
 }  // namespace
 
 json page_data(const std::vector<std::string>& folders) {
-  json data = {{"causes", words_of_causes()}, {"rules", json::array()}, {"runs", json::array()}};
+  json data = {{"causes", json::array()}, {"rules", json::array()}, {"runs", json::array()}};
+  for (const auto& cause : explain::kCauseTexts)
+    data["causes"].push_back({{"name", cause.text}, {"phrase", cause.phrase}, {"colour", cause.colour}});
   for (const auto& [rule, word] : explain::enum_texts(explain::Rule{})) data["rules"].push_back(word);
   Share share;
   for (std::size_t* const number : {&share.jobs, &share.outputs, &share.parts}) *number /= folders.size();

@@ -33,16 +33,12 @@ RunFolder::RunFolder(const fs::path& path)
     : path_(new_folder(path)),
       jobs_(program::create_file(path_ / "jobs.csv.part")),
       chains_(program::create_file(path_ / "chains.csv.part")) {
-  const auto refuse = [&](const std::string& reason) {
-    throw program::UsageError("the output folder " + path_.string() + " " + reason);
-  };
-  if (!jobs_ || !chains_) {
-    refuse(program::concat("cannot be written (", std::strerror(errno), "); name another with --output"));
-  }
-  lock_ = lock(path_);
-  if (lock_ < 0) {
-    refuse(program::concat("cannot be locked (", std::strerror(errno), "); does another run use it?"));
-  }
+  const bool created = jobs_ && chains_;
+  if (created) lock_ = lock(path_);
+  if (lock_ < 0)
+    throw program::UsageError(program::concat(
+        "the output folder ", path_.string(), created ? " cannot be locked (" : " cannot be written (",
+        std::strerror(errno), created ? "); does another run use it?" : "); name another with --output"));
   jobs_ << kJobsCsvHeader << '\n';
   chains_ << kChainsCsvHeader << '\n';
 }

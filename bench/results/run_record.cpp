@@ -9,11 +9,8 @@ namespace hotpath {
 static void to_json(nlohmann::json& j, const ThreadPolicy& policy) { j = to_string(policy); }
 static void from_json(const nlohmann::json& j, ThreadPolicy& policy) { policy = parse_thread_policy(j); }
 
-void fields(auto& visit, program::MaybeConst<Calibration> auto& calibration) {
-  visit("divisions_per_us", calibration.divisions_per_us);
-  visit("spread_percent", calibration.spread_percent);
-  visit("readings", calibration.readings);
-  visit("disturbed", calibration.disturbed);
+void fields(auto& visit, program::MaybeConst<Calibration> auto& part) {
+  HOTPATH_VISIT(divisions_per_us, spread_percent, readings, disturbed)
 }
 
 /// An element of `tasks`, which also has `reentrant` where its callback group is.

@@ -8,21 +8,6 @@
 
 namespace hotpath::results {
 
-void NextCalls::add(const JobRecord& r) {
-  const Task& task = set_[r.job.task];
-  if (task.kind != TaskKind::timer || (!r.started() && r.outcome != Outcome::queued)) return;
-  released_[r.job.task].push_back({r.job.release, r.job.timestamp + (1 + r.job.skipped) * task.period});
-}
-
-void NextCalls::sort() {
-  for (auto& of_timer : released_) std::ranges::stable_sort(of_timer, {}, &Release::release);
-}
-
-Time NextCalls::at(TaskId timer, Time instant) const {
-  const auto later = std::ranges::upper_bound(released_[timer], instant, {}, &Release::release);
-  return later == released_[timer].begin() ? kNever : std::prev(later)->next_call;
-}
-
 Schedule schedule_of(const TaskSet& set, const Trace& trace) {
   Schedule schedule{set, {}};
   const auto since_epoch = [&](Time t) { return Time{} + (t - trace.epoch); };

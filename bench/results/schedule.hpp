@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <iterator>
 #include <vector>
 
 #include "hotpath/core/golden_trace.hpp"
@@ -26,11 +28,20 @@ class NextCalls {
  public:
   explicit NextCalls(const TaskSet& set) : set_(set), released_(set.size()) {}
 
-  void add(const JobRecord& job);
+  void add(const JobRecord& r) {
+    const Task& task = set_[r.job.task];
+    if (task.kind != TaskKind::timer || (!r.started() && r.outcome != Outcome::queued)) return;
+    released_[r.job.task].push_back({r.job.release, r.job.timestamp + (1 + r.job.skipped) * task.period});
+  }
   /// Ends the adding of jobs.
-  void sort();
+  void sort() {
+    for (auto& of_timer : released_) std::ranges::stable_sort(of_timer, {}, &Release::release);
+  }
   /// kNever before the timer's first release.
-  [[nodiscard]] Time at(TaskId timer, Time instant) const;
+  [[nodiscard]] Time at(TaskId timer, Time instant) const {
+    const auto later = std::ranges::upper_bound(released_[timer], instant, {}, &Release::release);
+    return later == released_[timer].begin() ? kNever : std::prev(later)->next_call;
+  }
 
  private:
   struct Release {

@@ -70,10 +70,18 @@ std::ifstream StoredRun::open(const char* file) const {
   }
 }
 
+const auto& StoredRun::of_repetition(const auto& all, const std::string& executor,
+                                     std::uint32_t repetition) const {
+  const auto match = find_repetition(all, executor, repetition);
+  if (match != all.end()) return *match;
+  std::vector<std::string> runs;
+  for (const RepetitionRecord& r : record_.runs) runs.push_back(named(r.executor, r.repetition));
+  fail(named(executor, repetition) + " is not in this run; " +
+       (runs.empty() ? "it has no repetitions" : "it has " + program::joined(runs)));
+}
+
 const RepetitionRecord& StoredRun::run(const std::string& executor, std::uint32_t repetition) const {
-  const auto entry = find_repetition(record_.runs, executor, repetition);
-  if (entry == record_.runs.end()) fail_missing(executor, repetition);
-  return *entry;
+  return of_repetition(record_.runs, executor, repetition);
 }
 
 std::vector<Duration> StoredRun::first_timestamps(const TaskSet& set, const std::string& executor,
@@ -83,15 +91,13 @@ std::vector<Duration> StoredRun::first_timestamps(const TaskSet& set, const std:
   const std::vector<TaskId> timers = set.timers();
   for (const TaskId id : timers) {
     const auto timestamp = stored.find(set[id].name);
-    if (timestamp == stored.end()) {
+    if (timestamp == stored.end())
       fail("it has no first timestamp for timer " + set[id].name + "; does it belong to another graph?");
-    }
     first[id] = timestamp->second;
   }
-  if (timers.size() != stored.size()) {
+  if (timers.size() != stored.size())
     fail(program::concat("it has first timestamps for ", stored.size(), " timers, the graph has ",
                          timers.size(), "; does it belong to another graph?"));
-  }
   return first;
 }
 
@@ -129,22 +135,13 @@ void StoredRun::refuse_chain(const ChainRow& row) const {
 }
 
 const Trace& StoredRun::trace(const std::string& executor, std::uint32_t repetition) const {
-  const auto match = find_repetition(traces_, executor, repetition);
-  if (match == traces_.end()) fail_missing(executor, repetition);
-  return *match;
+  return of_repetition(traces_, executor, repetition);
 }
 
 SummaryOptions StoredRun::summary_options() const { return {chains(), warm_up(), {.seed = record_.seed}}; }
 
 void StoredRun::fail(const std::string& what) const {
   throw program::UsageError(option_ + " " + folder_.string() + ": " + what);
-}
-
-void StoredRun::fail_missing(const std::string& executor, std::uint32_t repetition) const {
-  std::vector<std::string> runs;
-  for (const RepetitionRecord& r : record_.runs) runs.push_back(named(r.executor, r.repetition));
-  fail(named(executor, repetition) + " is not in this run; " +
-       (runs.empty() ? "it has no repetitions" : "it has " + program::joined(runs)));
 }
 
 void keep_input(const RunFolder& folder, RunRecord& record, const std::string& kind, const fs::path& original,

@@ -84,7 +84,8 @@ class StoredRun {
   [[noreturn]] void fail_to_read(const std::string& why) const {
     fail("its run.json is not one of `hotpath run`: " + why + "; if another version wrote it, run it again");
   }
-  [[noreturn]] void fail_missing(const std::string& executor, std::uint32_t repetition) const;
+  /// The entry of `all`. Fails for one that did not run.
+  const auto& of_repetition(const auto& all, const std::string& executor, std::uint32_t repetition) const;
 
   std::filesystem::path folder_;
   std::string option_;

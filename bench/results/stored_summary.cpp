@@ -128,12 +128,11 @@ void for_each_record(const StoredRun& run, const std::function<void(const JobRow
   for_each_record(in, run.tasks(), file, [&](const JobRow& row) {
     if (seen.empty() || row.repetition != last.second || row.executor != last.first) {
       last = std::pair(std::string(row.executor), row.repetition);
-      if (!seen.insert(last).second) {
+      if (!seen.insert(last).second)
         throw InputError(
             file, static_cast<std::int64_t>(row.line),
             program::concat("rows of ", last.first, ", repetition ", last.second, ", have ended before"),
             "keep the rows of a repetition together");
-      }
     }
     use(row);
   });
