@@ -110,8 +110,8 @@ void compare_latencies(SelfCheck& check, const std::string& name, const std::vec
                        const std::vector<double>& simulated, bool doubted) {
   SelfCheck::ChainCheck& chain = check.chains.emplace_back();
   chain.chain = name;
-  const auto& of_recording = chain.recorded_ms = validation::latency_quantiles(recorded);
-  const auto& of_simulation = chain.simulated_ms = validation::latency_quantiles(simulated);
+  const auto& of_recording = chain.recorded_ms = quantiles(recorded);
+  const auto& of_simulation = chain.simulated_ms = quantiles(simulated);
   if (recorded.empty() || simulated.empty())
     return check.doubt(
         program::concat("No output of ", name, recorded.empty() ? " was recorded" : " was simulated",

@@ -27,7 +27,7 @@ constexpr auto enum_texts(Light) { return texts_in_order<Light>({"green", "yello
 struct SelfCheck {
   struct ChainCheck {
     std::string chain;
-    validation::LatencyQuantiles recorded_ms, simulated_ms;
+    Quantiles recorded_ms, simulated_ms;
     double median_error_percent = kNoValue, p99_error_percent = kNoValue;  ///< Simulated to recorded.
     /// The medians differ, but each is among the outputs around the other.
     bool between_modes = false;

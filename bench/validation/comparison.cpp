@@ -4,7 +4,8 @@
 #include <utility>
 
 #include "hotpath/core/golden_trace.hpp"
-#include "validation/rows.hpp"
+#include "program/text.hpp"
+#include "validation/validation.hpp"
 
 namespace hotpath::validation {
 
@@ -18,9 +19,8 @@ constexpr std::size_t kMostCompared = 10000;
 
 JobOrder sequence(const results::Schedule& schedule, Time until) {
   JobOrder tasks;
-  for (const results::ExecutedJob& job : schedule.jobs) {
+  for (const results::ExecutedJob& job : schedule.jobs)
     if (job.start <= until) tasks.push_back(job.job.task);
-  }
   return tasks;
 }
 
@@ -79,25 +79,17 @@ ScheduleComparison compare_schedules(const results::Schedule& measured, const re
   return c;
 }
 
-LatencyQuantiles latency_quantiles(std::vector<double> samples_ms) {
-  std::ranges::sort(samples_ms);
-  const Quantiles q = quantiles(samples_ms);
-  return {q.n, quantile(samples_ms, 0.1), q.p50, q.p90, q.p99, q.max};
+Quantiles real_latencies(const CsvReader& row) {
+  Quantiles found{.n = row.number<std::size_t>("samples")};
+  for (const QuantileTraits& of : kQuantiles)
+    if (of.of != &Quantiles::p999)
+      found.*of.of = row.number<double>(program::concat("hot_path_", of.key, "_ms"));
+  return found;
 }
 
-LatencyQuantiles real_latencies(const CsvReader& row) {
-  const auto quantile = [&](const char* column) { return row.number<double>(column); };
-  return {std::nullopt,
-          quantile("hot_path_p10_ms"),
-          quantile("hot_path_p50_ms"),
-          quantile("hot_path_p90_ms"),
-          quantile("hot_path_p99_ms"),
-          quantile("hot_path_max_ms")};
-}
-
-nlohmann::json compare_latencies(const LatencyQuantiles& measured, std::vector<double> simulated_ms,
+nlohmann::json compare_latencies(const Quantiles& measured, std::vector<double> simulated_ms,
                                  double tolerance) {
-  const LatencyQuantiles simulated = latency_quantiles(std::move(simulated_ms));
+  const Quantiles simulated = quantiles(std::move(simulated_ms));
   const double differs = measured.p50 == 0 ? kNoValue : 100 * (simulated.p50 / measured.p50 - 1);
   const bool agrees = std::abs(simulated.p50 - measured.p50) <= tolerance * measured.p50;
   return {{"measured_ms", measured},

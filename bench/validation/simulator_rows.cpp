@@ -10,7 +10,7 @@
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/phases.hpp"
 #include "program/errors.hpp"
-#include "validation/rows.hpp"
+#include "validation/validation.hpp"
 
 namespace hotpath::validation {
 
@@ -62,9 +62,8 @@ json golden_row(const std::string& set, const ExecutorEntry& executor, const fs:
 std::set<std::string> recorded_sets(const fs::path& traces) {
   std::set<std::string> sets;
   std::error_code error;
-  for (const auto& file : fs::directory_iterator(traces, error)) {
+  for (const auto& file : fs::directory_iterator(traces, error))
     if (file.path().extension() == ".csv") sets.insert(file.path().stem().stem());
-  }
   const std::string remedy = "name the folder of the reference measurements";
   if (error) refuse_input(traces.string(), error.message(), remedy);
   if (sets.empty()) throw InputError(traces.string(), 0, "has no file SET.EXECUTOR.csv", remedy);
@@ -172,12 +171,10 @@ std::vector<double> autoware_latencies(const Graph& graph, const GraphTasks& tas
 
 json golden_rows(const fs::path& reference) {
   json rows = json::array();
-  for (const std::string& set : recorded_sets(reference / "traces")) {
-    for (const ExecutorEntry& executor : executors()) {
-      const fs::path file = golden_trace_file(reference, set, executor);
-      if (fs::exists(file)) rows.push_back(golden_row(set, executor, file));
-    }
-  }
+  for (const std::string& set : recorded_sets(reference / "traces"))
+    for (const ExecutorEntry& executor : executors())
+      if (const fs::path file = golden_trace_file(reference, set, executor); fs::exists(file))
+        rows.push_back(golden_row(set, executor, file));
   return rows;
 }
 

@@ -15,7 +15,7 @@
 #include "setup/stored_system.hpp"
 #include "simulated/own_times.hpp"
 #include "simulated/repetition.hpp"
-#include "validation/rows.hpp"
+#include "validation/validation.hpp"
 
 namespace hotpath::validation {
 
@@ -99,7 +99,7 @@ json row_of(const Trace& trace, const results::StoredRun& run, const setup::Stor
   };
   if (const std::vector<double> measured = first_chain_ms(trace); !measured.empty()) {
     row["latencies"] = real(system, trace.executor, tasks.set, reference);
-    row["latencies"].update(compare_latencies(latency_quantiles(measured), first_chain_ms(simulated), 0.05));
+    row["latencies"].update(compare_latencies(quantiles(measured), first_chain_ms(simulated), 0.05));
   } else if (executor != nullptr) {
     row["golden"] = against_golden(reference, graph.name, schedule, *executor);
   }
@@ -143,9 +143,8 @@ void validate(const std::string& output, const char* name, const std::string& re
 
 void validate_runs(const std::vector<std::string>& runs, const std::string& output) {
   validate(output, "diff", "", [&](json& content, const fs::path& reference) {
-    for (const std::string& run : runs) {
+    for (const std::string& run : runs)
       for (json& row : run_rows(run, reference)) content["runs"].push_back(std::move(row));
-    }
   });
 }
 
