@@ -124,6 +124,10 @@ class Run:
         """The sentences of summary.json that come first."""
         return list(self._summary.get("verdict", [])) if self.has_summary() else []
 
+    def tables(self) -> list[dict[str, Any]]:
+        """The tables of summary.json: title, columns and rows of each."""
+        return list(self._summary.get("tables", [])) if self.has_summary() else []
+
     def summary(self) -> list[dict[str, Any]]:
         """The executors of summary.json."""
         return list(self._summary["executors"])

@@ -44,11 +44,12 @@ class Value {
     }
     if (data_.is_null() && !text_.empty()) data_ = text_;
   }
-  Value(const std::string& shown, std::string below) : Value(shown) { below_ = std::move(below); }
+  Value(const std::string& shown, const std::string& below)
+      : text_(shown), below_(below), data_(below.empty() ? shown : shown + " " + below) {}
 
   [[nodiscard]] const std::string& text() const { return text_; }  ///< Empty for nothing.
   [[nodiscard]] const std::string& below() const { return below_; }
-  /// Null for nothing, and for an empty text.
+  /// Null for nothing, and for an empty text; with what stands below.
   [[nodiscard]] const nlohmann::json& data() const { return data_; }
 
  private:

@@ -29,12 +29,9 @@ void compare(LatencySummary& latency, const RepeatedSamples& own, const Repeated
              const BootstrapOptions& options) {
   if (own.pooled().empty() || baseline.pooled().empty()) return;
   const bool same = &own == &baseline;
-  const auto ratio = [&](double probability) {
-    return same ? Estimate{1.0, std::nullopt} : ratio_of_quantiles(own, baseline, probability, options);
-  };
-  latency.median_to_default = ratio(0.5);
-  latency.p99_to_default = ratio(0.99);
-  latency.max_to_default = ratio(1.0);
+  for (std::size_t k = 0; k < kCompared.size(); ++k)
+    latency.to_default[k] = same ? Estimate{1.0, std::nullopt}
+                                 : ratio_of_quantiles(own, baseline, kCompared[k].probability, options);
   latency.median_minus_default =
       same ? Estimate{0.0, std::nullopt} : difference_of_quantiles(own, baseline, 0.5, options);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <iosfwd>
@@ -51,12 +52,22 @@ struct SummaryOptions {
   BootstrapOptions bootstrap;
 };
 
+/// The quantiles that are compared with `default`, with the keys of their ratios in summary.json.
+enum Compared : std::size_t { kMedian, kP99, kWorst };
+struct ComparedTraits {
+  const char* key;
+  double probability;
+  double Quantiles::*of;
+};
+inline constexpr std::array<ComparedTraits, 3> kCompared = {
+    {{"median", 0.5, &Quantiles::p50}, {"p99", 0.99, &Quantiles::p99}, {"max", 1, &Quantiles::max}}};
+
 /// One latency over all repetitions of an executor, in milliseconds.
 struct LatencySummary {
   Quantiles quantiles;
   Quantiles low, high;  ///< The limits of the confidence intervals; without an interval NaN.
   /// Ratios to `default` on the same stack; nullopt if `default` was not measured.
-  std::optional<Estimate> median_to_default = {}, p99_to_default = {}, max_to_default = {};
+  std::array<std::optional<Estimate>, kCompared.size()> to_default = {};
   std::optional<Estimate> median_minus_default = {};  ///< Difference of the medians in milliseconds.
 
   [[nodiscard]] Estimate estimate(double Quantiles::*of) const {
@@ -101,17 +112,18 @@ struct ChainSummary {
   }
 };
 void fields(auto& visit, const ChainSummary& part) {
-  using nlohmann::json;
   const LatencySummary &hot_path = part.hot_path, &age = part.end_to_end;
+  const auto ratios = [](const LatencySummary& of, auto... which) {
+    return nlohmann::json{{kCompared[which].key, of.to_default[which]}...};
+  };
   HOTPATH_VISIT(chain, disparity_ms)
   visit("hot_path_latency_ms", hot_path);
   visit("end_to_end_latency_ms", age);
   visit("hot_path_drops", part.drops);
   visit("output_interval_ms", part.interval_ms);
-  visit("ratio_to_default", json{{"median", hot_path.median_to_default}, {"max", hot_path.max_to_default}});
-  visit("difference_to_default_ms", json{{"median", hot_path.median_minus_default}});
-  visit("end_to_end_ratio_to_default",
-        json{{"median", age.median_to_default}, {"p99", age.p99_to_default}, {"max", age.max_to_default}});
+  visit("ratio_to_default", ratios(hot_path, kMedian, kWorst));
+  visit("difference_to_default_ms", nlohmann::json{{"median", hot_path.median_minus_default}});
+  visit("end_to_end_ratio_to_default", ratios(age, kMedian, kP99, kWorst));
 }
 
 /// Whether a task had timestamps or samples, but none of its jobs started.
@@ -256,6 +268,9 @@ struct Summary {
 /// or that give fewer than 19 of 20 outputs of another one, cannot win.
 [[nodiscard]] std::vector<std::string> verdict(const Summary& summary);
 
+/// The tables of a page: title, columns and rows of each that has rows.
+[[nodiscard]] nlohmann::json tables(const Summary& summary);
+
 enum class Detail { short_answer, all };
 
 /// Writes the verdict(), then for each chain a table of the ages with a row per executor, each interval below
@@ -273,6 +288,7 @@ void fields(auto& visit, const Summary& part) {
   visit("version", HOTPATH_VERSION);
   visit("warm_up_s", to_ms(part.warm_up) / 1e3);
   visit("verdict", verdict(part));
+  visit("tables", tables(part));
 }
 
 }  // namespace hotpath::results

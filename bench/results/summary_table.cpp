@@ -19,6 +19,9 @@ namespace {
 
 using program::concat;
 
+constexpr const char* kHotPath =
+    "from the start of\nthe latest source's callback to the start of the last one (the paper's metric)";
+
 /// A latency in milliseconds, a ratio or another measure for people: three digits, at most three decimals;
 /// `-`: unknown.
 std::string shown_number(double value) {
@@ -41,9 +44,9 @@ bool beyond_noise(const std::optional<Estimate>& ratio) {
 
 /// A quantile with its difference to `default`, if that was measured, and its interval below. A star: beyond
 /// noise.
-program::Value cell(const LatencySummary& latency, double Quantiles::*of,
-                    const std::optional<Estimate>& ratio) {
-  const auto& [value, interval] = latency.estimate(of);
+program::Value cell(const LatencySummary& latency, Compared which, bool compared = true) {
+  const auto& [value, interval] = latency.estimate(kCompared[which].of);
+  const std::optional<Estimate> ratio = compared ? latency.to_default[which] : std::nullopt;
   std::string shown = shown_number(value);
   if (ratio && ratio->value != 1) shown += " (" + shown_difference(ratio->value) + ")";
   if (beyond_noise(ratio)) shown += "*";
@@ -60,7 +63,7 @@ std::string chain_title(const Summary& summary, std::size_t chain) {
       summary.executors.front().chains[chain].chain + ": age of the data in each output, in ms";
   if (has([](const LatencySummary& l) { return !std::isnan(l.low.p50); }))
     title += program::text(" [%g %% interval over repetitions]", 100 * summary.bootstrap.confidence);
-  const bool compared = has([](const LatencySummary& l) { return l.median_to_default.has_value(); });
+  const bool compared = has([](const LatencySummary& l) { return l.to_default[kMedian].has_value(); });
   return title + (compared && summary.executors.size() > 1 ? " (difference to default)" : "");
 }
 
@@ -75,31 +78,29 @@ program::Table chain_table(const Summary& summary, std::size_t chain) {
   program::Table table(chain_title(summary, chain),
                        {"executor", "median", "p99", "worst", "hot path,\nworst", "lost"});
   for (const ExecutorSummary& e : summary.executors) {
-    if (!e.overload.empty()) {
-      table.add_row(overloaded(table, e));
-      continue;
-    }
     const LatencySummary &age = e.chains[chain].end_to_end, &hot_path = e.chains[chain].hot_path;
-    table.add_row({e.executor, cell(age, &Quantiles::p50, age.median_to_default),
-                   cell(age, &Quantiles::p99, age.p99_to_default),
-                   cell(age, &Quantiles::max, age.max_to_default),
-                   cell(hot_path, &Quantiles::max, hot_path.max_to_default), e.lost()});
+    if (!e.overload.empty())
+      table.add_row(overloaded(table, e));
+    else
+      table.add_row({e.executor, cell(age, kMedian), cell(age, kP99), cell(age, kWorst),
+                     cell(hot_path, kWorst), e.lost()});
   }
   return table;
 }
 
-/// What else users ask of the outputs of a chain.
-program::Table outputs_table(const Summary& summary, std::size_t chain) {
+/// What else users ask of the outputs of a chain; `whole`: with what chain_table() has of the hot path.
+program::Table outputs_table(const Summary& summary, std::size_t chain, bool whole) {
   program::Table table("outputs of " + summary.executors.front().chains[chain].chain + ", in ms",
                        {"executor", "outputs", "median\ninterval", "longest\ngap", "disparity,\nworst",
                         "hot path,\nmedian", "hot path,\np99"});
+  if (whole) table.header.emplace_back("hot path,\nworst");
   for (const ExecutorSummary& e : summary.executors) {
     const ChainSummary& c = e.chains[chain];
-    if (e.overload.empty())
-      table.add_row({e.executor, c.hot_path.quantiles.n, shown_number(c.interval_ms.p50),
-                     shown_number(c.interval_ms.max), shown_number(c.disparity_ms.max),
-                     cell(c.hot_path, &Quantiles::p50, c.hot_path.median_to_default),
-                     cell(c.hot_path, &Quantiles::p99, std::nullopt)});
+    if (!e.overload.empty()) continue;
+    table.add_row({e.executor, c.hot_path.quantiles.n, shown_number(c.interval_ms.p50),
+                   shown_number(c.interval_ms.max), shown_number(c.disparity_ms.max),
+                   cell(c.hot_path, kMedian), cell(c.hot_path, kP99, false)});
+    if (whole) table.rows.back().push_back(cell(c.hot_path, kWorst));
   }
   return table;
 }
@@ -119,22 +120,46 @@ program::Table jobs_table(const Summary& summary) {
   return table;
 }
 
-/// The timer whose period varies most: upstream's third metric, for every timer.
-void write_periods(std::ostream& out, const Summary& summary) {
-  program::Table table("period of the timer that varies most, in ms from start to start",
+/// The tasks that lost timestamps or samples.
+program::Table losses_table(const Summary& summary) {
+  program::Table table("losses by task",
+                       {"executor", "task", "jobs", "skipped", "overwritten", "queued at the end"});
+  for (const ExecutorSummary& e : summary.executors) {
+    for (const TaskSummary& task : e.tasks) {
+      const TaskAccount& of = task.account;
+      if (of[Outcome::skipped] + of[Outcome::overwritten] > 0)
+        table.add_row({e.executor, task.task, of[Outcome::ran], of[Outcome::skipped],
+                       of[Outcome::overwritten], of[Outcome::queued]});
+    }
+  }
+  return table;
+}
+
+/// Upstream's third metric, for every timer or only for that of each executor whose period varies most.
+program::Table periods_table(const Summary& summary, bool all) {
+  program::Table table(program::concat(all ? "periods of timers" : "period of the timer that varies most",
+                                       ", in ms from start to start"),
                        {"executor", "timer", "period", "least", "greatest", "p99 off\nby"});
   for (const ExecutorSummary& e : summary.executors) {
-    const TaskSummary* most = nullptr;
-    for (const TaskSummary& task : e.tasks) {
-      const double range = task.period_range_ms();
-      if (std::isfinite(range) && (most == nullptr || range > most->period_range_ms())) most = &task;
-    }
-    if (most != nullptr)
-      table.add_row({e.executor, most->task, shown_number(to_ms(most->period)),
-                     shown_number(most->period_ms.min), shown_number(most->period_ms.max),
-                     shown_number(most->period_deviation_ms.p99)});
+    std::vector<const TaskSummary*> timers;
+    for (const TaskSummary& task : e.tasks)
+      if (std::isfinite(task.period_range_ms())) timers.push_back(&task);
+    if (!all && !timers.empty())
+      timers = {*std::ranges::max_element(timers, {}, &TaskSummary::period_range_ms)};
+    for (const TaskSummary* task : timers)
+      table.add_row({e.executor, task->task, shown_number(to_ms(task->period)),
+                     shown_number(task->period_ms.min), shown_number(task->period_ms.max),
+                     shown_number(task->period_deviation_ms.p99)});
   }
-  if (!table.rows.empty()) out << table << '\n';
+  return table;
+}
+
+program::Table disturbed_table(const Summary& summary) {
+  program::Table table("disturbed repetitions", {"executor", "repetition", "marks"});
+  for (const ExecutorSummary& e : summary.executors)
+    for (const auto& [repetition, marks] : e.disturbed)
+      table.add_row({e.executor, repetition, program::joined(marks, "; ")});
+  return table;
 }
 
 /// The first lines, each after `start`, and how many more there are.
@@ -192,8 +217,8 @@ void write_starved(std::ostream& out, const ExecutorSummary& e) {
 bool any_beyond_noise(const Summary& summary) {
   return std::ranges::any_of(summary.executors, [](const ExecutorSummary& e) {
     return std::ranges::any_of(e.chains, [](const ChainSummary& c) {
-      return beyond_noise(c.end_to_end.median_to_default) || beyond_noise(c.end_to_end.p99_to_default) ||
-             beyond_noise(c.end_to_end.max_to_default) || beyond_noise(c.hot_path.max_to_default);
+      return std::ranges::any_of(c.end_to_end.to_default, beyond_noise) ||
+             beyond_noise(c.hot_path.to_default[kWorst]);
     });
   });
 }
@@ -221,24 +246,17 @@ std::vector<Candidate> candidates(const Summary& summary, std::size_t chain) {
   return found;
 }
 
-/// The timer whose starts are furthest from their period.
-const TaskSummary* least_regular(const ExecutorSummary& executor) {
-  const TaskSummary* worst = nullptr;
-  for (const TaskSummary& task : executor.tasks) {
-    if (task.period_deviation_ms.n == 0) continue;
-    if (worst == nullptr || task.period_deviation_ms.p99 > worst->period_deviation_ms.p99) worst = &task;
-  }
-  return worst;
-}
-
 /// What the winner costs compared with the baseline.
 std::string price(const Candidate& winner, const Candidate& baseline) {
   std::vector<std::string> prices;
   const ExecutorSummary &own = *winner.executor, &other = *baseline.executor;
   if (own.lost() > other.lost())
     prices.push_back(concat("it loses ", own.lost(), " timestamps and samples instead of ", other.lost()));
-  const TaskSummary* timer = least_regular(own);
-  if (timer != nullptr) {
+  const auto off_period_ms = [](const TaskSummary& task) {
+    return task.period_deviation_ms.n == 0 ? -1 : task.period_deviation_ms.p99;
+  };
+  const auto timer = std::ranges::max_element(own.tasks, {}, off_period_ms);
+  if (timer != own.tasks.end()) {
     const auto same = std::ranges::find(other.tasks, timer->task, &TaskSummary::task);
     const double before = same == other.tasks.end() ? kNoValue : same->period_deviation_ms.p99;
     if (timer->period_deviation_ms.p99 > 1.5 * before)
@@ -254,7 +272,7 @@ std::string price(const Candidate& winner, const Candidate& baseline) {
 /// `to_default`: the sentence before names default. `alone`: there is no other; it may be a recording.
 std::string certainty(const Candidate& winner, bool to_default, bool alone = false) {
   const bool simulated = winner.executor->usage.wall == Duration{};
-  const std::optional<Estimate>& ratio = winner.age->p99_to_default;
+  const std::optional<Estimate>& ratio = winner.age->to_default[kP99];
   if (to_default && ratio && ratio->interval)
     return concat(simulated ? " Simulated" : " Measured", ": between ",
                   shown_difference(ratio->interval->low), " and ", shown_difference(ratio->interval->high),
@@ -333,25 +351,42 @@ std::vector<std::string> verdict(const Summary& summary) {
   return sentences;
 }
 
+nlohmann::json tables(const Summary& summary) {
+  nlohmann::json all = nlohmann::json::array();
+  const auto add = [&](const program::Table& table, const std::string& more = "") {
+    if (table.rows.empty()) return;
+    all.push_back(columns_and_rows(table));
+    all.back()["title"] = table.title + more;
+  };
+  const std::size_t chains = summary.executors.empty() ? 0 : summary.executors.front().chains.size();
+  for (std::size_t chain = 0; chain < chains; ++chain)
+    add(outputs_table(summary, chain, true),
+        concat("; hot path: ", kHotPath, "; in parentheses the difference to default (*: beyond noise)"));
+  add(jobs_table(summary));
+  add(losses_table(summary));
+  add(periods_table(summary, true));
+  add(disturbed_table(summary));
+  return all;
+}
+
 void write_table(std::ostream& out, const Summary& summary, Detail detail) {
   for (const std::string& sentence : verdict(summary)) out << program::wrapped(sentence) << "\n";
   const std::size_t chains = summary.executors.empty() ? 0 : summary.executors.front().chains.size();
   for (std::size_t chain = 0; chain < chains; ++chain) {
     out << chain_table(summary, chain) << '\n';
-    if (detail == Detail::all) out << outputs_table(summary, chain) << '\n';
+    if (detail == Detail::all) out << outputs_table(summary, chain, false) << '\n';
   }
   if (!summary.executors.empty() && (chains == 0 || detail == Detail::all))
     out << jobs_table(summary) << '\n';
-  if (chains == 0 || detail == Detail::all) write_periods(out, summary);
-  if (chains > 0) {
-    out << "Age: from the timestamp of the oldest source to the finish of the output. Hot path: from the "
-           "start of\n"
-           "the latest source's callback to the start of the last one (the paper's metric). "
-           "Lost: unused timestamps and samples.\n";
+  if (chains == 0 || detail == Detail::all) {
+    const program::Table periods = periods_table(summary, false);
+    if (!periods.rows.empty()) out << periods << '\n';
   }
-  if (any_beyond_noise(summary)) {
+  if (chains > 0)
+    out << "Age: from the timestamp of the oldest source to the finish of the output. Hot path: " << kHotPath
+        << ". Lost: unused timestamps and samples.\n";
+  if (any_beyond_noise(summary))
     out << "* beyond noise: the confidence interval of the ratio to default (summary.json) excludes 1.\n";
-  }
   for (const ExecutorSummary& e : summary.executors) {
     if (!e.overload.empty()) out << e.executor << ": " << e.overload << "\n";
     write_starved(out, e);

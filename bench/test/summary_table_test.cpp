@@ -31,8 +31,7 @@ results::ExecutorSummary executor(std::string name, double scale) {
   chain.hot_path = latency(scale / 2);
   chain.end_to_end = latency(scale);
   for (results::LatencySummary* l : {&chain.hot_path, &chain.end_to_end})
-    l->median_to_default = l->p99_to_default = l->max_to_default =
-        Estimate{scale / 2, Interval{scale / 2, scale / 2}};
+    l->to_default.fill(Estimate{scale / 2, Interval{scale / 2, scale / 2}});
   chain.interval_ms = quantiles({99, 101, 150});
   chain.disparity_ms = quantiles({0, 50});
   e.chains = {chain};
@@ -44,7 +43,7 @@ results::Summary two_executors() {
   s.executors = {executor("default", 2), executor("rm-ro", 1)};
   results::ChainSummary& base = s.executors[0].chains[0];
   for (results::LatencySummary* l : {&base.hot_path, &base.end_to_end})
-    l->median_to_default = l->p99_to_default = l->max_to_default = Estimate{1.0, std::nullopt};
+    l->to_default.fill(Estimate{1.0, std::nullopt});
   return s;
 }
 
@@ -95,9 +94,9 @@ TEST(Table, OfAllDetailsHasOutputsAndJobsAndStaysWithin120ColumnsForAWholeStudy)
 
 TEST(Table, MarksARatioWhoseIntervalLeavesOutOne) {
   results::Summary s = two_executors();
-  s.executors[1].chains[0].end_to_end.median_to_default = Estimate{0.97, Interval{0.9, 1.02}};
-  s.executors[1].chains[0].end_to_end.p99_to_default = Estimate{0.998, std::nullopt};
-  s.executors[1].chains[0].end_to_end.max_to_default = Estimate{1.25, Interval{1.1, 1.4}};
+  s.executors[1].chains[0].end_to_end.to_default[results::kMedian] = Estimate{0.97, Interval{0.9, 1.02}};
+  s.executors[1].chains[0].end_to_end.to_default[results::kP99] = Estimate{0.998, std::nullopt};
+  s.executors[1].chains[0].end_to_end.to_default[results::kWorst] = Estimate{1.25, Interval{1.1, 1.4}};
   EXPECT_THAT(plain(s),
               testing::ContainsRegex("rm-ro +21.2 \\(-3 %\\) +24.0 \\(0 %\\) +26.1 \\(\\+25 %\\)\\* "));
 }

@@ -188,12 +188,12 @@ TEST(Ratio, IsThatOfThisExecutorToDefault) {
       {"rm-ro", {repetition(0, {}, {output(0, 10), output(1, 12), output(2, 20)})}},
       {"default", {repetition(0, {}, {output(0, 20), output(1, 24), output(2, 50)})}}};
   const results::Summary s = results::summarize(small_set(), runs, options());
-  EXPECT_DOUBLE_EQ(s.executors[0].chains[0].hot_path.median_to_default->value, 0.5);
-  EXPECT_DOUBLE_EQ(s.executors[0].chains[0].hot_path.max_to_default->value, 0.4);
+  EXPECT_DOUBLE_EQ(s.executors[0].chains[0].hot_path.to_default[results::kMedian]->value, 0.5);
+  EXPECT_DOUBLE_EQ(s.executors[0].chains[0].hot_path.to_default[results::kWorst]->value, 0.4);
   EXPECT_DOUBLE_EQ(s.executors[0].chains[0].hot_path.median_minus_default->value, -12);
-  EXPECT_EQ(s.executors[1].chains[0].hot_path.median_to_default->value, 1.0);
+  EXPECT_EQ(s.executors[1].chains[0].hot_path.to_default[results::kMedian]->value, 1.0);
   EXPECT_EQ(s.executors[1].chains[0].hot_path.median_minus_default->value, 0.0);
-  EXPECT_FALSE(s.executors[0].chains[0].end_to_end.median_to_default) << "no age is known";
+  EXPECT_FALSE(s.executors[0].chains[0].end_to_end.to_default[results::kMedian]) << "no age is known";
 }
 
 TEST(Ratio, OnAnotherStackIsThatToItsDefault) {
@@ -206,9 +206,9 @@ TEST(Ratio, OnAnotherStackIsThatToItsDefault) {
                                                  {"default@rclcpp", measured(40)},
                                                  {"rm-ro@other", measured(10)}},
                                                 options());
-  EXPECT_DOUBLE_EQ(s.executors[1].chains[0].hot_path.median_to_default->value, 0.25);
-  EXPECT_EQ(s.executors[2].chains[0].hot_path.median_to_default->value, 1.0);
-  EXPECT_FALSE(s.executors[3].chains[0].hot_path.median_to_default);
+  EXPECT_DOUBLE_EQ(s.executors[1].chains[0].hot_path.to_default[results::kMedian]->value, 0.25);
+  EXPECT_EQ(s.executors[2].chains[0].hot_path.to_default[results::kMedian]->value, 1.0);
+  EXPECT_FALSE(s.executors[3].chains[0].hot_path.to_default[results::kMedian]);
   EXPECT_TRUE(nlohmann::json(s)["executors"][3]["chains"][0]["ratio_to_default"]["max"].is_null());
 }
 

@@ -3,7 +3,9 @@
 
 import contextlib
 import json
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +32,7 @@ TIMER = (
     "Finish of a job minus its own timestamp; skipped timestamps have no response time.",
 )
 SIDES = ("old", "new")
+LONG = 12  # rows from which a table is folded
 Key = tuple[str, str]  # Chain, Timer or another Task, and its name
 
 
@@ -70,57 +73,17 @@ def document(runs: Sequence[ReportedRun], names: Sequence[str]) -> dict[str, Any
     return interactive.document(runs, names, measured)
 
 
-# Columns of tables, with dotted keys of an executor of summary.json, or of its chains and tasks.
-OUTPUTS = {
-    "chain": "chain",
-    "outputs": "end_to_end_latency_ms.n",
-    "median interval": "output_interval_ms.p50",
-    "longest gap": "output_interval_ms.max",
-    "worst disparity": "disparity_ms.max",
-    "hot path: median": "hot_path_latency_ms.p50",
-    "p99": "hot_path_latency_ms.p99",
-    "worst": "hot_path_latency_ms.max",
-}
-LOST = {"skipped timestamps": "skipped", "overwritten samples": "overwritten"}
-LOSSES = {"callbacks": "callbacks_executed", **LOST, "deadline overruns": "deadline_overruns"}
-LOSSES_OF_TASK = {"task": "task", "jobs": "ran", **LOST, "queued at the end": "queued"}
-PERIODS = {"timer": "task", "least ms": "period_ms.min", "greatest ms": "period_ms.max"}
-PERIODS |= {"p99 off its period by ms": "period_deviation_ms.p99"}
-DISTURBED = {"repetition": "repetition", "marks": "marks"}
-
-
-def cell(of: Any, key: str) -> str:
-    """A name, a count or a number of ms; empty if there is none."""
-    for part in key.split("."):
-        of = (of or {}).get(part)
-    return "" if of is None else f"{of:.2f}" if isinstance(of, float) else str(of)
-
-
-def tables(runs: Sequence[ReportedRun]) -> Iterator[Table]:
-    """Outputs, losses (of timers after the warm-up), then losses and periods of tasks over the whole run, and
-    the repetitions that the kernel's counters call disturbed; without empty tables."""
-    executors = [([run.name, e["executor"]], e) for run in runs if run.has_summary() for e in run.summary()]
-    chains, tasks = ([(names, of) for names, e in executors for of in e[key]] for key in ("chains", "tasks"))
-    lost = [(names, task) for names, task in tasks if task.get("skipped") or task.get("overwritten")]
-    timers = [(names, task) for names, task in tasks if (task.get("period_deviation_ms") or {}).get("n")]
-    disturbed = [
-        ([run.name, executor], {"repetition": repetition, "marks": "; ".join(marks)})
-        for run in runs
-        for executor, repetition, marks in run.disturbances()
-    ]
-    outputs = (
-        "Outputs, in ms; hot path: the paper's metric, from the start of the latest source's callback to the "
-    )
-    for title, columns, rows, folded in (
-        (outputs + "start of the sink's", OUTPUTS, chains, False),
-        ("Losses", LOSSES, executors, False),
-        ("Losses by task", LOSSES_OF_TASK, lost, len(lost) > 12),
-        ("Periods of timers, from start to start", PERIODS, timers, True),
-        ("Disturbed repetitions", DISTURBED, disturbed, False),
-    ):
-        cells = [[*names, *(cell(of, key) for key in columns.values())] for names, of in rows]
-        if cells:
-            yield Table(title, ["run", "executor", *columns], cells, folded)
+def tables(runs: Sequence[ReportedRun]) -> list[Table]:
+    """The tables of the runs' summaries, those of several runs in one."""
+    found: dict[str, Table] = {}
+    for run in runs:
+        for of in run.tables():
+            # The printed table breaks names.
+            columns = [re.sub("-\n|(?<=/)\n", "", name).replace("\n", " ") for name in of["columns"]]
+            title = of["title"][:1].upper() + of["title"][1:].replace("\n", " ")
+            table = found.setdefault(title, Table(title, ["run", *columns], []))
+            table.rows.extend([run.name, *row] for row in of["rows"])
+    return [replace(table, folded=len(table.rows) > LONG) for table in found.values()]
 
 
 def causes(runs: Sequence[ReportedRun], key: Key) -> list[str]:
@@ -189,7 +152,7 @@ def write_runs(folders: Sequence[str], folder: Path) -> None:
         title=f"Executors on {graphs}",
         lead=[f"{run.name}: {text}" if len(runs) > 1 else text for run in runs for text in run.verdict()],
         facts=[run.description() for run in runs],
-        losses=list(tables(runs)),
+        losses=tables(runs),
         commands=list(dict.fromkeys(command for run in runs if (command := run.command()))),
         made_by="`hotpath report`. Every job: jobs.csv of the run.",
     )
