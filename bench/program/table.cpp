@@ -19,10 +19,6 @@ std::size_t width(const std::string& text) {
   return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
 }
 
-bool is_word(const std::string& text) {
-  return !text.empty() && std::isalpha(static_cast<unsigned char>(text.front())) != 0;
-}
-
 }  // namespace
 
 std::ostream& operator<<(std::ostream& out, const Table& table) {
@@ -45,7 +41,8 @@ std::ostream& operator<<(std::ostream& out, const Table& table) {
   for (std::size_t l = 0; l < lines.size(); ++l) {
     for (std::size_t c = 0; c < columns; ++c) {
       widest[c] = std::max(widest[c], width(lines[l][c]));
-      left[c] = left[c] || c == 0 || (l >= kHeader && is_word(lines[l][c]));
+      const auto first = static_cast<unsigned char>(lines[l][c][0]);
+      left[c] = left[c] || c == 0 || (l >= kHeader && std::isalpha(first) != 0);
     }
   }
   const auto shown = columns - static_cast<std::size_t>(std::ranges::count(widest, 0U));

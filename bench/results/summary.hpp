@@ -52,15 +52,9 @@ struct SummaryOptions {
   BootstrapOptions bootstrap;
 };
 
-/// The quantiles that are compared with `default`, with the keys of their ratios in summary.json.
+/// The quantiles that are compared with `default`.
 enum Compared : std::size_t { kMedian, kP99, kWorst };
-struct ComparedTraits {
-  const char* key;
-  double probability;
-  double Quantiles::*of;
-};
-inline constexpr std::array<ComparedTraits, 3> kCompared = {
-    {{"median", 0.5, &Quantiles::p50}, {"p99", 0.99, &Quantiles::p99}, {"max", 1, &Quantiles::max}}};
+inline constexpr std::array kCompared = {kQuantiles[1], kQuantiles[3], kQuantiles[5]};
 
 /// One latency over all repetitions of an executor, in milliseconds.
 struct LatencySummary {
@@ -114,7 +108,7 @@ struct ChainSummary {
 void fields(auto& visit, const ChainSummary& part) {
   const LatencySummary &hot_path = part.hot_path, &age = part.end_to_end;
   const auto ratios = [](const LatencySummary& of, auto... which) {
-    return nlohmann::json{{kCompared[which].key, of.to_default[which]}...};
+    return nlohmann::json{{which == kMedian ? "median" : kCompared[which].key, of.to_default[which]}...};
   };
   HOTPATH_VISIT(chain, disparity_ms)
   visit("hot_path_latency_ms", hot_path);

@@ -55,23 +55,25 @@ program::Value cell(const LatencySummary& latency, Compared which, bool compared
 }
 
 std::string chain_title(const Summary& summary, std::size_t chain) {
-  const auto has = [&](auto&& property) {
-    return std::ranges::any_of(
-        summary.executors, [&](const ExecutorSummary& e) { return property(e.chains[chain].end_to_end); });
-  };
+  bool has_interval = false, is_compared = false;
+  for (const ExecutorSummary& e : summary.executors) {
+    has_interval |= !std::isnan(e.chains[chain].end_to_end.low.p50);
+    is_compared |= e.chains[chain].end_to_end.to_default[kMedian].has_value();
+  }
   std::string title =
       summary.executors.front().chains[chain].chain + ": age of the data in each output, in ms";
-  if (has([](const LatencySummary& l) { return !std::isnan(l.low.p50); }))
+  if (has_interval)
     title += program::text(" [%g %% interval over repetitions]", 100 * summary.bootstrap.confidence);
-  const bool compared = has([](const LatencySummary& l) { return l.to_default[kMedian].has_value(); });
-  return title + (compared && summary.executors.size() > 1 ? " (difference to default)" : "");
+  return title + (is_compared && summary.executors.size() > 1 ? " (difference to default)" : "");
 }
 
-/// The row of an executor without results.
-std::vector<program::Value> overloaded(const program::Table& table, const ExecutorSummary& e) {
-  std::vector<program::Value> row = {e.executor, "overloaded"};
-  row.resize(table.header.size(), "-");
-  return row;
+/// Adds the row of an executor, which may have no results.
+void add_row(program::Table& table, const ExecutorSummary& e, std::vector<program::Value> cells) {
+  if (!e.overload.empty()) {
+    cells = {e.executor, "overloaded"};
+    cells.resize(table.header.size(), "-");
+  }
+  table.add_row(std::move(cells));
 }
 
 program::Table chain_table(const Summary& summary, std::size_t chain) {
@@ -79,11 +81,9 @@ program::Table chain_table(const Summary& summary, std::size_t chain) {
                        {"executor", "median", "p99", "worst", "hot path,\nworst", "lost"});
   for (const ExecutorSummary& e : summary.executors) {
     const LatencySummary &age = e.chains[chain].end_to_end, &hot_path = e.chains[chain].hot_path;
-    if (!e.overload.empty())
-      table.add_row(overloaded(table, e));
-    else
-      table.add_row({e.executor, cell(age, kMedian), cell(age, kP99), cell(age, kWorst),
-                     cell(hot_path, kWorst), e.lost()});
+    add_row(table, e,
+            {e.executor, cell(age, kMedian), cell(age, kP99), cell(age, kWorst), cell(hot_path, kWorst),
+             e.lost()});
   }
   return table;
 }
@@ -93,7 +93,11 @@ program::Table outputs_table(const Summary& summary, std::size_t chain, bool who
   program::Table table("outputs of " + summary.executors.front().chains[chain].chain + ", in ms",
                        {"executor", "outputs", "median\ninterval", "longest\ngap", "disparity,\nworst",
                         "hot path,\nmedian", "hot path,\np99"});
-  if (whole) table.header.emplace_back("hot path,\nworst");
+  if (whole) {
+    table.header.emplace_back("hot path,\nworst");
+    table.title +=
+        concat("; hot path: ", kHotPath, "; in parentheses the difference to default (*: beyond noise)");
+  }
   for (const ExecutorSummary& e : summary.executors) {
     const ChainSummary& c = e.chains[chain];
     if (!e.overload.empty()) continue;
@@ -109,14 +113,11 @@ program::Table jobs_table(const Summary& summary) {
   program::Table table("jobs of all tasks",
                        {"executor", "callbacks\nexecuted", "skipped", "over-\nwritten", "CPU us/\ncallback",
                         "deadline\noverruns", "worst\nresponse ms", "as authors\ndefine it"});
-  for (const ExecutorSummary& e : summary.executors) {
-    if (!e.overload.empty())
-      table.add_row(overloaded(table, e));
-    else
-      table.add_row({e.executor, e.executed, e.skipped, e.overwritten, shown_number(e.cpu_per_callback_us),
-                     e.after_warm_up.deadline_overruns, shown_number(e.worst(&TaskSummary::response_ms)),
-                     shown_number(e.worst(&TaskSummary::response_authors_ms))});
-  }
+  for (const ExecutorSummary& e : summary.executors)
+    add_row(table, e,
+            {e.executor, e.executed, e.skipped, e.overwritten, shown_number(e.cpu_per_callback_us),
+             e.after_warm_up.deadline_overruns, shown_number(e.worst(&TaskSummary::response_ms)),
+             shown_number(e.worst(&TaskSummary::response_authors_ms))});
   return table;
 }
 
@@ -353,15 +354,13 @@ std::vector<std::string> verdict(const Summary& summary) {
 
 nlohmann::json tables(const Summary& summary) {
   nlohmann::json all = nlohmann::json::array();
-  const auto add = [&](const program::Table& table, const std::string& more = "") {
+  const auto add = [&](const program::Table& table) {
     if (table.rows.empty()) return;
     all.push_back(columns_and_rows(table));
-    all.back()["title"] = table.title + more;
+    all.back()["title"] = table.title;
   };
   const std::size_t chains = summary.executors.empty() ? 0 : summary.executors.front().chains.size();
-  for (std::size_t chain = 0; chain < chains; ++chain)
-    add(outputs_table(summary, chain, true),
-        concat("; hot path: ", kHotPath, "; in parentheses the difference to default (*: beyond noise)"));
+  for (std::size_t chain = 0; chain < chains; ++chain) add(outputs_table(summary, chain, true));
   add(jobs_table(summary));
   add(losses_table(summary));
   add(periods_table(summary, true));
