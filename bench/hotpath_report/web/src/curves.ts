@@ -42,9 +42,7 @@ export abstract class Chart {
 }
 
 /** A curve, with the number and the text that its entry in the legend has. */
-export interface Curve extends Line {
-  series: number; more: string;
-}
+export type Curve = Line & { series: number; more: string };
 
 export abstract class Curves extends Chart {
   readonly legend = h("fieldset", { class: "legend" });

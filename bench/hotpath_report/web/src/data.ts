@@ -7,18 +7,14 @@ interface Look {
 }
 
 /** One of the page's curves: an executor of a run. */
-export interface Series extends Look {
-  run: number; executor: string;
-}
+export type Series = Look & { run: number; executor: string };
 
 /** Values at each x, with the ends of their intervals. */
 interface Values {
   value: number[]; low: (number | null)[]; high: (number | null)[];
 }
 
-export interface Line extends Look, Values {
-  x: number[];
-}
+export type Line = Look & Values & { x: number[] };
 
 export interface Plot {
   title: string; x: string; log: boolean; lines: Line[];
@@ -65,10 +61,8 @@ export interface Document {
   shown?: number; // curves that are switched on at first
 }
 
-interface ByteStream {
-  readable: ReadableStream<Uint8Array>; writable: WritableStream<Uint8Array>;
-}
-declare const DecompressionStream: new (format: string) => ByteStream; // not yet in TypeScript 4.8
+// Not yet in TypeScript 4.8.
+declare const DecompressionStream: new (format: string) => ReadableWritablePair<Uint8Array, Uint8Array>;
 
 export async function readDocument(base64: string): Promise<Document> {
   const text = atob(base64.trim());
@@ -111,9 +105,7 @@ export class Jobs {
 }
 
 /** An output of a chain, or a job of a task. */
-export interface Output extends Explained {
-  series: number;
-}
+export type Output = Explained & { series: number };
 
 /** The value of a key, made when first needed. */
 function cached<K, V>(known: Map<K, V>, key: K, make: () => V): V {
