@@ -29,6 +29,7 @@ WORK = {
         "A job does a fixed amount of work, as in ROS 2's reference system: a slow processor raises the load.",
     ),
 }
+LARGEST_ANALYZED = 200_000_000  # bytes of jobs.csv
 COUNTS = ["reached", "ran", "skipped", "deadline_overruns"]  # per timer
 
 
@@ -86,7 +87,7 @@ class Run:
         how = [self["graph.name"], self["transport"] if self.live else self.facts["kind"]]
         how += [f"{self['load_percent']:.3g} % load", *self.work()[:1], f"phases: {self['phases']}"]
         length = f"{self['repetitions']} × {self['duration_s']:.3g} s"
-        if disturbed := len(self.disturbances()):
+        if disturbed := sum(len(e.get("disturbed", [])) for e in self.summarized("executors")):
             length += f", {disturbed} of {len(self['runs'])} repetitions disturbed"
         if self.recorded:
             where = ["read from a trace of ros2_tracing"]
@@ -98,13 +99,6 @@ class Run:
             where = [*(where or ["no costs"]), f"execution times: {self['execution_times']}"]
         return " · ".join([*how, f"on {place}", length]) + "\n" + " · ".join(where)
 
-    def disturbances(self) -> list[tuple[str, int, list[str]]]:
-        """Executor, repetition and marks of each disturbed repetition; empty without a summary."""
-        executors = self.summary() if not self.simulated and self.has_summary() else []
-        return [
-            (e["executor"], r["repetition"], r["marks"]) for e in executors for r in e.get("disturbed", [])
-        ]
-
     def samples(self, of: str) -> Rows:
         """Samples after the warm-up, by executor and repetition: of `chains` in the columns `hot_path_ms` and `age_ms`,
         or the `responses` of tasks in `response_ms`. Raises InputError without them."""
@@ -112,21 +106,13 @@ class Run:
         rows = (row | {k: printable(row[k]) for k in ("name", "executor")} for row in found)
         return sorted(rows, key=lambda row: (self.executors.index(row["executor"]), row["repetition"]))
 
-    def has_summary(self) -> bool:
-        """Whether summary.json exists."""
-        return (self.folder / "summary.json").exists()
-
     @functools.cached_property
     def _summary(self) -> dict[str, Any]:
         return dict(read_json(self.folder / "summary.json"))
 
-    def verdict(self) -> list[str]:
-        """The sentences of summary.json that come first."""
-        return list(self._summary.get("verdict", [])) if self.has_summary() else []
-
-    def tables(self) -> list[dict[str, Any]]:
-        """The tables of summary.json: title, columns and rows of each."""
-        return list(self._summary.get("tables", [])) if self.has_summary() else []
+    def summarized(self, key: str) -> list[Any]:
+        """A list of summary.json; empty without summary.json."""
+        return list(self._summary.get(key, [])) if (self.folder / "summary.json").exists() else []
 
     def summary(self) -> list[dict[str, Any]]:
         """The executors of summary.json."""
@@ -144,6 +130,11 @@ class Run:
             for t in e["tasks"]
             if "after_warm_up" in t
         ]
+
+    def is_quickly_read(self) -> bool:
+        """Whether `hotpath analyze` and `explain`, which read its jobs, take a short time."""
+        jobs = self.folder / "jobs.csv"
+        return jobs.exists() and jobs.stat().st_size <= LARGEST_ANALYZED
 
     def command(self) -> str:
         """Command line that repeats the run; empty: imported."""

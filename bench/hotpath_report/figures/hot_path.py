@@ -94,7 +94,9 @@ def draw_run(folder: str) -> None:
         draw_limits(axes, limits if axes is panels[0] else ())
     key = [style.patch(NOTE, alpha=0)] if any(any(row.notes.values()) for row in first) else []
     violins.add_key(figure, violins.sources_of(first), key)
-    answer = next(iter(run.verdict()), "").split(". ")[0] if aged else "Hot-path latency per executor"
+    answer = (
+        next(iter(run.summarized("verdict")), "").split(". ")[0] if aged else "Hot-path latency per executor"
+    )
     style.save(
         figure, folder, "hot_path", answer or "Age of the data per executor", run.what_ran(), run.partial
     )

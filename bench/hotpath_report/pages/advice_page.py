@@ -73,14 +73,12 @@ def targets(found: Advice, labels: list[str]) -> list[dict[str, Any]]:
 def document(folder: Path, found: Advice) -> dict[str, Any]:
     """Everything that the interactive part shows. The curves of the stored runs come first."""
     runs = [Run(folder / name / "run") for name in ("now", "recommended")] if found["stored"] else []
-    data = interactive.stored_part(runs)
-    data["runs"] += interactive.of_samples({"simulated": []})["runs"]
     stored = dict(zip([found["now"], found["recommended"]], found["stored"]))
     labels = list(dict.fromkeys([*stored, *(row["executor"] for row in found["latencies"])]))
     shown = {name: name + (" (now)" if name == found["now"] else "") for name in labels}
     series = [(min(k, len(stored)), stored.get(e, e), text) for k, (e, text) in enumerate(shown.items())]
-    data["series"] = interactive.curves_of(series)
-    return data | {"targets": targets(found, labels), "shown": 2}
+    parts = {"series": interactive.curves_of(series), "targets": targets(found, labels), "shown": 2}
+    return interactive.page_data(runs, {"simulated": []}, **parts)
 
 
 def tables(found: Advice) -> list[Table]:

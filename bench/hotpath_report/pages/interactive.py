@@ -19,7 +19,6 @@ from hotpath_report.shown_text import printable, printable_content
 from hotpath_report.statistics import Estimate, Samples
 
 SCRIPT = PACKAGE / "web" / "page.js"
-LARGEST_ANALYZED = 200_000_000  # bytes of jobs.csv, which `hotpath analyze` and `explain` read
 LOGARITHMIC = 8  # ratio of the largest to the least value from which an axis is logarithmic
 ENDS = ("value", "low", "high")
 
@@ -55,8 +54,8 @@ def curves_of(found: Sequence[tuple[int, str, str]]) -> list[dict[str, Any]]:
 def bounds_of(run: Run) -> Bounds:
     """The tightest bounds that `hotpath analyze` gives for a run; empty where it gives none, or would read long."""
     bounds = {(b["executor"], "task", b["task"]): float(b["ms"]) for b in run.facts.get("bounds", [])}
-    jobs, graph = run.folder / "jobs.csv", run.facts["graph"].get("file")
-    if not graph or not jobs.exists() or jobs.stat().st_size > LARGEST_ANALYZED:
+    graph = run.facts["graph"].get("file")
+    if not graph or not run.is_quickly_read():
         return bounds
     with contextlib.suppress(InputError, RunError):
         tightest: Bounds = {}
@@ -76,7 +75,7 @@ def marks_of(
     kind, name = what["kind"], what["name"]
     if kind == "chain" and runs[0].facts.get("chains", [name])[:1] == [name]:
         marks |= {(x["ms"], x["label"], None) for x in runs[0].facts.get("limits", []) if x["ms"] > 0}
-    for run in (run for run in runs if kind == "task" and run.has_summary()):
+    for run in (run for run in runs if kind == "task" and run.summarized("executors")):
         deadlines = (row["deadline_ms"] for row in run.timer_counts() if row["task"] == name)
         marks |= {(ms, "deadline", None) for ms in deadlines if ms}
     for number, of in enumerate(series):
@@ -85,30 +84,28 @@ def marks_of(
     return sorted(marks)
 
 
-def of_samples(executors: Mapping[str, Sequence[str]], **parts: Any) -> dict[str, Any]:
-    """As document(), of executors by source that are known by their samples alone, without targets; or with these
-    parts."""
-    found = [(k, e, f"{e}, {source}") for k, (source, names) in enumerate(executors.items()) for e in names]
-    nothing: dict[str, Any] = {"tasks": [], "notes": [], "warm_up_ns": 0}
-    runs = [{"name": of, "executors": names} | nothing for of, names in executors.items()]
-    return {"causes": [], "rules": [], "targets": [], "series": curves_of(found), "runs": runs} | parts
-
-
-def stored_part(runs: Sequence[Run]) -> dict[str, Any]:
-    """Jobs, outputs and causes of stored runs, without distributions."""
-    if not runs:
-        return of_samples({})
-    data: dict[str, Any] = printable_content(ask("page", [str(run.folder) for run in runs]))
+def page_data(runs: Sequence[Run], sources: Mapping[str, Sequence[str]], **parts: Any) -> dict[str, Any]:
+    """What the interactive part shows, as web/src/data.ts describes it: jobs, outputs and causes of stored runs, then
+    executors by source that are known by their samples alone, and these parts."""
+    data: dict[str, Any] = {"causes": [], "rules": [], "targets": [], "series": [], "runs": []}
+    if runs:
+        data |= printable_content(ask("page", [str(run.folder) for run in runs]))
     for run, of in zip(runs, data["runs"]):
-        of["name"] = str(run.folder)
-        of |= {"warm_up_ns": round(run["warm_up_s"] * 1e9)}
-    return data
+        of |= {"name": str(run.folder), "warm_up_ns": round(run["warm_up_s"] * 1e9)}
+    nothing: dict[str, Any] = {"tasks": [], "notes": [], "warm_up_ns": 0}
+    data["runs"] += [{"name": of, "executors": names} | nothing for of, names in sources.items()]
+    return data | parts
+
+
+def of_samples(executors: Mapping[str, Sequence[str]], **parts: Any) -> dict[str, Any]:
+    """The data of executors by source that are known by their samples alone, with these parts."""
+    found = [(k, e, f"{e}, {source}") for k, (source, names) in enumerate(executors.items()) for e in names]
+    return page_data((), executors, series=curves_of(found), **parts)
 
 
 def document(runs: Sequence[Run], names: Sequence[str], measured: Sequence[Measured]) -> dict[str, Any]:
-    """Everything that the interactive part shows; web/src/data.ts describes it."""
-    data = stored_part(runs)
-    data["series"] = series = curves_of(
+    """The data of stored runs."""
+    series = curves_of(
         [
             (number, executor, f"{executor} in {names[number]}" if len(runs) > 1 else executor)
             for number, run in enumerate(runs)
@@ -116,10 +113,8 @@ def document(runs: Sequence[Run], names: Sequence[str], measured: Sequence[Measu
         ]
     )
     bounds = [bounds_of(run) for run in runs]
-    data["targets"] = [
-        target(what, samples, series, marks_of(what, runs, bounds, series)) for what, samples in measured
-    ]
-    return data
+    targets = [target(what, of, series, marks_of(what, runs, bounds, series)) for what, of in measured]
+    return page_data(runs, {}, series=series, targets=targets)
 
 
 Points = Mapping[float, Estimate]  # by x

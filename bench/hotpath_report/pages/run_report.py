@@ -77,7 +77,7 @@ def tables(runs: Sequence[ReportedRun]) -> list[Table]:
     """The tables of the runs' summaries, those of several runs in one."""
     found: dict[str, Table] = {}
     for run in runs:
-        for of in run.tables():
+        for of in run.summarized("tables"):
             # The printed table breaks names.
             columns = [re.sub("-\n|(?<=/)\n", "", name).replace("\n", " ") for name in of["columns"]]
             title = of["title"][:1].upper() + of["title"][1:].replace("\n", " ")
@@ -90,10 +90,8 @@ def causes(runs: Sequence[ReportedRun], key: Key) -> list[str]:
     """What `hotpath explain` says of a chain: the causes of each run's first executor, and why the
     others are faster or slower. Without runs that it cannot explain, or that take it long."""
     made = []
-    for run in runs if key[0] == "Chain" else ():
-        jobs, executors = run.folder / "jobs.csv", list(run.measured.get(key, {}))
-        if not jobs.exists() or jobs.stat().st_size > interactive.LARGEST_ANALYZED:
-            continue
+    for run in filter(Run.is_quickly_read, runs if key[0] == "Chain" else ()):
+        executors = list(run.measured.get(key, {}))
         for executor in executors:
             pair = executor if executor == executors[0] else f"{executors[0]},{executor}"
             words = ("--executors", pair, "--chain", key[1], "--json")
@@ -150,7 +148,11 @@ def write_runs(folders: Sequence[str], folder: Path) -> None:
         sections,
         document(runs, [run.name for run in runs]),
         title=f"Executors on {graphs}",
-        lead=[f"{run.name}: {text}" if len(runs) > 1 else text for run in runs for text in run.verdict()],
+        lead=[
+            f"{run.name}: {text}" if len(runs) > 1 else text
+            for run in runs
+            for text in run.summarized("verdict")
+        ],
         facts=[run.description() for run in runs],
         losses=tables(runs),
         commands=list(dict.fromkeys(command for run in runs if (command := run.command()))),
