@@ -269,7 +269,8 @@ class JobMeasures {
   return samples;
 }
 
-/// What judgements of latencies are about: the median, p99 and the worst.
+/// The quantiles that judgements of latencies are about.
+enum Judged : std::size_t { kMedian, kP99, kWorst };
 inline constexpr std::array kJudgedQuantiles = {kQuantiles[1], kQuantiles[3], kQuantiles[5]};
 
 /// A latency in words, beside to_string(): in sentences, in tables of bounds and as their `kind`, and as the

@@ -29,9 +29,9 @@ void compare(LatencySummary& latency, const RepeatedSamples& own, const Repeated
              const BootstrapOptions& options) {
   if (own.pooled().empty() || baseline.pooled().empty()) return;
   const bool same = &own == &baseline;
-  for (std::size_t k = 0; k < kCompared.size(); ++k)
+  for (std::size_t k = 0; k < kJudgedQuantiles.size(); ++k)
     latency.to_default[k] = same ? Estimate{1.0, std::nullopt}
-                                 : ratio_of_quantiles(own, baseline, kCompared[k].probability, options);
+                                 : ratio_of_quantiles(own, baseline, kJudgedQuantiles[k].probability, options);
   latency.median_minus_default =
       same ? Estimate{0.0, std::nullopt} : difference_of_quantiles(own, baseline, 0.5, options);
 }

@@ -52,16 +52,12 @@ struct SummaryOptions {
   BootstrapOptions bootstrap;
 };
 
-/// The quantiles that are compared with `default`.
-enum Compared : std::size_t { kMedian, kP99, kWorst };
-inline constexpr std::array kCompared = {kQuantiles[1], kQuantiles[3], kQuantiles[5]};
-
 /// One latency over all repetitions of an executor, in milliseconds.
 struct LatencySummary {
   Quantiles quantiles;
   Quantiles low, high;  ///< The limits of the confidence intervals; without an interval NaN.
   /// Ratios to `default` on the same stack; nullopt if `default` was not measured.
-  std::array<std::optional<Estimate>, kCompared.size()> to_default = {};
+  std::array<std::optional<Estimate>, kJudgedQuantiles.size()> to_default = {};
   std::optional<Estimate> median_minus_default = {};  ///< Difference of the medians in milliseconds.
 
   [[nodiscard]] Estimate estimate(double Quantiles::*of) const {
@@ -108,7 +104,7 @@ struct ChainSummary {
 void fields(auto& visit, const ChainSummary& part) {
   const LatencySummary &hot_path = part.hot_path, &age = part.end_to_end;
   const auto ratios = [](const LatencySummary& of, auto... which) {
-    return nlohmann::json{{which == kMedian ? "median" : kCompared[which].key, of.to_default[which]}...};
+    return nlohmann::json{{which == kMedian ? "median" : kJudgedQuantiles[which].key, of.to_default[which]}...};
   };
   HOTPATH_VISIT(chain, disparity_ms)
   visit("hot_path_latency_ms", hot_path);

@@ -44,8 +44,8 @@ bool beyond_noise(const std::optional<Estimate>& ratio) {
 
 /// A quantile with its difference to `default`, if that was measured, and its interval below. A star: beyond
 /// noise.
-program::Value cell(const LatencySummary& latency, Compared which, bool compared = true) {
-  const auto& [value, interval] = latency.estimate(kCompared[which].of);
+program::Value cell(const LatencySummary& latency, Judged which, bool compared = true) {
+  const auto& [value, interval] = latency.estimate(kJudgedQuantiles[which].of);
   const std::optional<Estimate> ratio = compared ? latency.to_default[which] : std::nullopt;
   std::string shown = shown_number(value);
   if (ratio && ratio->value != 1) shown += " (" + shown_difference(ratio->value) + ")";
