@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -206,7 +207,8 @@ struct alignas(64) TaskMeasures {
   }
   /// Adds those of a later repetition.
   void add(TaskMeasures&& later) {
-    account += later.account;
+    auto& sum = account.count;
+    std::ranges::transform(sum, later.account.count, sum.begin(), std::plus());
     after_warm_up += later.after_warm_up;
     longest_wait = std::max(longest_wait, later.longest_wait);
     const auto all = distributions(), more = later.distributions();

@@ -52,7 +52,8 @@ RepetitionRecord record_of(const TaskSet& set, const std::vector<std::string>& c
   record.usage = repetition.usage;
   record.lost_records = repetition.trace.lost_records;
   for (const TaskId id : set.timers()) record.first_timestamps[set[id].name] = set[id].phase;
-  for (TaskId id = 0; id < set.size(); ++id) record.expected[set[id].name] = repetition.expected[id];
+  for (TaskId id = 0; id < repetition.expected.size(); ++id)
+    record.expected[set[id].name] = repetition.expected[id];
   for (const std::string& chain : chains) record.hot_path_drops[chain] = 0;
   for (const ChainRecord& r : repetition.trace.chains) record.hot_path_drops[chains[r.chain]] += r.dropped;
   return record;

@@ -2,7 +2,6 @@
 #include "results/summary.hpp"
 
 #include <algorithm>
-#include <functional>
 #include <utility>
 
 #include "hotpath/core/registry.hpp"
@@ -30,8 +29,9 @@ void compare(LatencySummary& latency, const RepeatedSamples& own, const Repeated
   if (own.pooled().empty() || baseline.pooled().empty()) return;
   const bool same = &own == &baseline;
   for (std::size_t k = 0; k < kJudgedQuantiles.size(); ++k)
-    latency.to_default[k] = same ? Estimate{1.0, std::nullopt}
-                                 : ratio_of_quantiles(own, baseline, kJudgedQuantiles[k].probability, options);
+    latency.to_default[k] = same
+                                ? Estimate{1.0, std::nullopt}
+                                : ratio_of_quantiles(own, baseline, kJudgedQuantiles[k].probability, options);
   latency.median_minus_default =
       same ? Estimate{0.0, std::nullopt} : difference_of_quantiles(own, baseline, 0.5, options);
 }
@@ -84,7 +84,7 @@ void add_repetition(ExecutorSummary& executor, const TaskSet& set, const Repetit
   }
   for (TaskId id = 0; id < set.size(); ++id) {
     TaskAccount& a = measures[id].account;
-    a.expected = r.expected[id];
+    if (!r.expected.empty()) a.expected = r.expected[id];
     each.skipped += a[Outcome::skipped];
     each.overwritten += a[Outcome::overwritten];
     each.never_ran += never_ran(a);

@@ -36,7 +36,7 @@ namespace hotpath::results {
 struct Repetition {
   Trace trace;
   ProcessUsage usage;
-  std::vector<std::uint64_t> expected;      ///< expected_jobs(set, trace).
+  std::vector<std::uint64_t> expected;      ///< expected_jobs(set, trace); empty if it was overloaded.
   std::vector<TaskMeasures> measures = {};  ///< Of jobs that the trace does not keep, by task.
 };
 
@@ -104,7 +104,8 @@ struct ChainSummary {
 void fields(auto& visit, const ChainSummary& part) {
   const LatencySummary &hot_path = part.hot_path, &age = part.end_to_end;
   const auto ratios = [](const LatencySummary& of, auto... which) {
-    return nlohmann::json{{which == kMedian ? "median" : kJudgedQuantiles[which].key, of.to_default[which]}...};
+    return nlohmann::json{
+        {which == kMedian ? "median" : kJudgedQuantiles[which].key, of.to_default[which]}...};
   };
   HOTPATH_VISIT(chain, disparity_ms)
   visit("hot_path_latency_ms", hot_path);
@@ -125,9 +126,9 @@ struct TaskSummary : TaskMeasures {
   std::string task;
   TaskKind kind = TaskKind::timer;
   bool timers_only = false;  ///< The set has no subscriptions.
-  Duration period{};      ///< Timers.
-  Duration deadline{};    ///< Timers: relative.
-  double busy_share = 0;  ///< Of the runs' time, if each of its jobs takes its worst case.
+  Duration period{};         ///< Timers.
+  Duration deadline{};       ///< Timers: relative.
+  double busy_share = 0;     ///< Of the runs' time, if each of its jobs takes its worst case.
 
   /// How much the distance of the starts varies, from the least to the greatest; NaN without two jobs.
   [[nodiscard]] double period_range_ms() const { return period_ms.max - period_ms.min; }

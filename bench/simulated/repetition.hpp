@@ -24,8 +24,8 @@ struct Plan {
   std::optional<std::uint64_t> max_backlog = {};
 };
 
-/// Returns trace, expected totals, and the chain records after the warm-up; without `keeps_jobs` the measures of the
-/// jobs instead of the jobs. Throws SimulationError, InputError.
+/// Returns trace, expected totals, and the chain records after the warm-up; without `keeps_jobs` the measures
+/// of the jobs instead of the jobs. Throws SimulationError, InputError.
 [[nodiscard]] results::Repetition simulate_repetition(const Plan& plan, bool keeps_jobs = true);
 
 /// `times` with releases drawn uniformly, if any timer has release_jitter.

@@ -118,13 +118,12 @@ Duration GraphWorkload::start(const Job& job, Time now) {
   const TaskOrigin& origin = tasks_.origin[job.task];
   if (busy_ == running_.size()) running_.emplace_back();
   Running& running = running_[busy_++];
-  SimulatedSample sample;
-  if (origin.input) sample = take(job.task, job.sequence);
-  Logic& node = node_of(job.task);
-  node.start(origin.callback, job.ref(), std::move(sample), now, running);
+  SimulatedSample sample = origin.input ? take(job.task, job.sequence) : SimulatedSample();
+  node_of(job.task).start(origin.callback, job.ref(), std::move(sample), now, running);
   const Duration time = running.works ? times_.of(job) : Duration{};
   running.early = false;
-  for (std::size_t i = 0; i < running.messages.size(); ++i) running.early |= node.share(running, i) < 1;
+  for (std::size_t i = 0; i < running.messages.size(); ++i)
+    running.early |= nodes_[origin.node]->share(running, i) < 1;
   if (!running.early) return time;
   running.time = time;
   running.done = Duration{};
@@ -133,8 +132,8 @@ Duration GraphWorkload::start(const Job& job, Time now) {
 }
 
 std::span<const TaskId> GraphWorkload::finish(const Job& job, const Task&, Time) {
-  std::size_t i = 0;
-  while (i < busy_ && running_[i].ref != job.ref()) ++i;
+  const auto i =
+      static_cast<std::size_t>(std::ranges::find(running_, job.ref(), &Running::ref) - running_.begin());
   assert(i < busy_ && "only a started job can finish");
   publish_due(running_[i]);
   if (rest_) return reached_;

@@ -54,7 +54,9 @@ class ReportedRun(Run):
         partial_run = "partial: the run did not finish; " if self.partial else ""
         warnings = " ".join([*self.work()[1:], *self.facts.get("warnings", [])])
         if (self.folder / "summary.json").exists() and not self.summarized("tables"):
-            warnings += " Its summary, of another version, has no tables: `hotpath report --summary` adds them."
+            warnings += (
+                " Its summary, of another version, has no tables: `hotpath report --summary` adds them."
+            )
         return f"{self.name}: {partial_run}{self.what_ran()}. {warnings}".replace("\n", " · ").strip()
 
 

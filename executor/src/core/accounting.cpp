@@ -18,9 +18,9 @@ std::vector<std::uint64_t> expected_jobs(const TaskSet& set, const Trace& trace)
 }
 
 std::vector<TaskAccount> account(const TaskSet& set, const Trace& trace) {
-  const std::vector<std::uint64_t> expected = expected_jobs(set, trace);
-  std::vector<TaskAccount> accounts(set.size());
-  for (TaskId id = 0; id < set.size(); ++id) accounts[id] = {.task = id, .expected = expected[id]};
+  std::vector<TaskAccount> accounts;
+  for (const std::uint64_t expected : expected_jobs(set, trace))
+    accounts.push_back({.task = static_cast<TaskId>(accounts.size()), .expected = expected});
   for (const JobRecord& r : trace.jobs) accounts[r.job.task].add(r);
   return accounts;
 }

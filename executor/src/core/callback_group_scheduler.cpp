@@ -30,7 +30,7 @@ class CallbackGroupScheduler final : public ExploredScheduler {
   }
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) override {
     Arrival arrival;
-    arrival.overwritten = add_unread(task, sample);
+    arrival.overwritten = unread_.push(task, next_sample(task, sample));
     arrival.wake = add_event(task, now);
     return arrival;
   }

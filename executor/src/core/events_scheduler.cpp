@@ -116,25 +116,19 @@ void EventsScheduler::unfinished(Time now, const Visitor& visit) const {
   ExploredScheduler::unfinished(now, visit);
 }
 
-Effect ReleaseOnlyScheduler::release_timers(Worker worker, Time now) {
+Effect EventsScheduler::release_due(EventsQueue& queue, bool all, Time now) {
   Effect effect;
-  if (worker != timer_management()) return effect;
-  while (timers_.due(now)) {
-    events_->push(timers_.call_head(now));
+  while (timers_.due(now) && (all || effect.released == 0)) {
+    queue.push(timers_.call_head(now));
     ++effect.released;
-    if (release_ == Release::one_by_one) break;
   }
-  if (effect.released > 0) effect.wake = executors();
   return effect;
 }
 
-Effect TimerReadyQueueScheduler::release_timers(Worker worker, Time now) {
-  Effect effect;
-  if (worker != kTimerManagement) return effect;
-  while (timers_.due(now)) {
-    timer_ready_->push(timers_.call_head(now));
-    ++effect.released;
-  }
+Effect ReleaseOnlyScheduler::release_timers(Worker worker, Time now) {
+  if (worker != timer_management()) return {};
+  Effect effect = release_due(*events_, release_ == Release::all_due, now);
+  if (effect.released > 0) effect.wake = executors();
   return effect;
 }
 

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <functional>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -23,12 +21,6 @@ struct TaskAccount {
   void add(const JobRecord& r) {
     ++count[static_cast<std::size_t>(r.outcome)];
     count[static_cast<std::size_t>(Outcome::skipped)] += r.job.skipped;
-  }
-  /// Adds those of a later run.
-  TaskAccount& operator+=(const TaskAccount& later) {
-    std::ranges::transform(count, later.count, count.begin(), std::plus());
-    expected += later.expected;
-    return *this;
   }
   /// Timers: ran + skipped + queued + running. Subscriptions: ran + overwritten + queued + running.
   [[nodiscard]] std::uint64_t accounted() const {

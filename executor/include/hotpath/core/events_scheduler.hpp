@@ -52,6 +52,8 @@ class EventsScheduler : public ExploredScheduler {
   }
   /// An executor worker's decision.
   Decision decide_events(Time now);
+  /// Turns due timers, all or the first, into events of a queue.
+  Effect release_due(EventsQueue& queue, bool all, Time now);
   /// Takes the first job that may run from a queue, which is not empty; nullptr if there is none.
   [[nodiscard]] const Job* next_of(EventsQueue& queue) const;
   /// Visits the events queue and any further queue of a derived class.
@@ -121,7 +123,9 @@ class TimerReadyQueueScheduler final : public EventsScheduler {
                            std::unique_ptr<EventsQueue> timer_ready)
       : EventsScheduler(set, std::move(events)), timer_ready_(std::move(timer_ready)) {}
 
-  Effect release_timers(Worker worker, Time now) override;
+  Effect release_timers(Worker worker, Time now) override {
+    return worker == kTimerManagement ? release_due(*timer_ready_, true, now) : Effect{};
+  }
   Decision decide(Worker worker, Time now) override {
     if (worker == kExecutor) return decide_events(now);
     const Job* const job = timer_ready_->empty() ? nullptr : next_of(*timer_ready_);

@@ -93,10 +93,6 @@ class ExploredScheduler : public Scheduler {
             .deadline = sample.deadline,
             .parent = sample.parent};
   }
-  /// Returns the sample that the new one replaced if the history was full.
-  std::optional<Job> add_unread(TaskId task, const SampleInfo& sample) {
-    return unread_.push(task, next_sample(task, sample));
-  }
   void drop_unread(TaskId task, const Visitor& dropped) {
     while (unread_.count(task) > 0) dropped(unread_.pop(task), Outcome::queued);
   }

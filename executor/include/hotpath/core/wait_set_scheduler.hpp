@@ -92,7 +92,7 @@ class WaitSet : public ExploredScheduler {
 
   std::optional<Job> add_unread(TaskId task, const SampleInfo& sample) {
     ready_.insert(place_[task]);  // as pop() in take() erases it
-    return ExploredScheduler::add_unread(task, sample);
+    return unread_.push(task, next_sample(task, sample));
   }
 
   [[nodiscard]] bool group_free(TaskId task) const { return group_busy_[group(task)] == 0; }

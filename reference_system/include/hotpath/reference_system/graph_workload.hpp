@@ -19,9 +19,8 @@ namespace hotpath {
 /// The information of a message about its data, without the bytes.
 class SimulatedMessage {
  public:
-  SimulatedMessage() = default;
-  /// `unused`: where it goes when its last holder releases it.
-  explicit SimulatedMessage(std::vector<SimulatedMessage*>& unused) : unused_(&unused) {}
+  /// Goes to `unused`, if given, when its last holder releases it.
+  explicit SimulatedMessage(std::vector<SimulatedMessage*>* unused = nullptr) : unused_(unused) {}
   const std::vector<Stat>& history() const { return history_; }
   std::vector<Stat>& history() { return history_; }
   std::uint32_t publication() const { return publication_; }
@@ -31,11 +30,10 @@ class SimulatedMessage {
   friend class SimulatedSample;
   /// Not inline: most destroyed holders are empty, and their check stays short.
   void give_back();
-
   std::vector<Stat> history_;
   std::uint32_t publication_ = 0;
   std::uint32_t holders_ = 0;
-  std::vector<SimulatedMessage*>* unused_ = nullptr;
+  std::vector<SimulatedMessage*>* const unused_;
 };
 
 using SimulatedHistory = TaskHistory<SimulatedMessage>;
@@ -45,7 +43,7 @@ using SimulatedHistory = TaskHistory<SimulatedMessage>;
 class SimulatedMessagePool {
  public:
   SimulatedMessage& take() {
-    if (unused_.empty()) unused_.push_back(&all_.emplace_back(unused_));
+    if (unused_.empty()) unused_.push_back(&all_.emplace_back(&unused_));
     SimulatedMessage& message = *unused_.back();
     unused_.pop_back();
     return message;
