@@ -39,8 +39,7 @@ constexpr Duration kOverhead = std::chrono::milliseconds(400);
 
 constexpr const char* kOrdinary =
     "SCHED_FIFO was not permitted: the paper's executors ran their timer management thread under the "
-    "ordinary "
-    "policy. For the paper's set-up run as root or with an rtprio limit.";
+    "ordinary policy. For the paper's set-up run as root or with an rtprio limit.";
 
 /// A name that nobody guesses.
 std::string random_name() {
