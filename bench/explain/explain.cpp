@@ -33,8 +33,8 @@ std::string executor_of(const results::StoredRun& run, const std::string& label)
 
 /// The place of the chain or task of this name.
 std::uint32_t place_of(const std::string& name, const auto& all, const char* what) {
-  std::vector<std::string> names;
-  for (const auto& one : all) names.push_back(one.name);
+  std::vector<std::string> names(all.size());
+  std::ranges::transform(all, names.begin(), [](const auto& one) { return one.name; });
   const auto place = std::ranges::find(names, name);
   if (place != names.end()) return static_cast<std::uint32_t>(place - names.begin());
   throw UsageError(concat("--", what, ": there is no ", what, " ", name, "; ", suggest(name, names)));

@@ -191,9 +191,8 @@ std::vector<TaskMeasures> JobMeasures::result() {
 
 Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs, const SummaryOptions& options) {
   Summary summary{options.warm_up, options.bootstrap, {}};
-  std::vector<std::vector<ChainSamples>> samples;  // by executor
-  for (const ExecutorRuns& of_executor : runs)
-    samples.push_back(add_executor(summary, set, of_executor, options));
+  std::vector<std::vector<ChainSamples>> samples(runs.size());  // by executor
+  for (std::size_t e = 0; e < runs.size(); ++e) samples[e] = add_executor(summary, set, runs[e], options);
   for (std::size_t e = 0; e < samples.size(); ++e) {
     // `default` on the same stack, such as `default@rclcpp` for `rm-ro@rclcpp`.
     ExecutorLabel baseline(kBaselineExecutor);
