@@ -36,9 +36,15 @@ def compared(samples: Samples, baseline: Samples | None) -> str:
 
 
 def with_ratios(rows: list[Row], baseline: str = BASELINE) -> list[Row]:
-    """The rows with each worst case's ratio to the baseline of the same source."""
-    base: Mapping[str, Samples] = next((row.samples for row in rows if row.executor == baseline), {})
-    return [replace(r, notes={s: compared(of, base.get(s)) for s, of in r.samples.items()}) for r in rows]
+    """The rows with each worst case's ratio to the baseline of the same source on the same stack."""
+    first: dict[str, Mapping[str, Samples]] = {}
+    for r in rows:
+        first.setdefault(r.executor, r.samples)
+    bases = [first.get(baseline + "".join(r.executor.partition("@")[1:]), {}) for r in rows]
+    return [
+        replace(r, notes={s: compared(of, base.get(s)) for s, of in r.samples.items()})
+        for r, base in zip(rows, bases)
+    ]
 
 
 def draw_limits(axes: Axes, limits: Sequence[dict[str, Any]]) -> None:

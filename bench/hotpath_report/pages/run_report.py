@@ -79,13 +79,13 @@ def document(runs: Sequence[ReportedRun], names: Sequence[str]) -> dict[str, Any
 
 def tables(runs: Sequence[ReportedRun]) -> list[Table]:
     """The tables of the runs' summaries, those of several runs in one."""
-    found: dict[str, Table] = {}
+    found: dict[tuple[str, ...], Table] = {}  # versions may have other columns
     for run in runs:
         for of in run.summarized("tables"):
             # The printed table breaks names.
             columns = [re.sub("-\n|(?<=/)\n", "", name).replace("\n", " ") for name in of["columns"]]
             title = of["title"][:1].upper() + of["title"][1:].replace("\n", " ")
-            table = found.setdefault(title, Table(title, ["run", *columns], []))
+            table = found.setdefault((title, *columns), Table(title, ["run", *columns], []))
             table.rows.extend([run.name, *row] for row in of["rows"])
     return [replace(table, folded=len(table.rows) > LONG) for table in found.values()]
 

@@ -7,8 +7,10 @@ import unittest
 import numpy as np
 
 from hotpath_report import style
+from hotpath_report.figures.hot_path import with_ratios
+from hotpath_report.figures.violins import Row
 from hotpath_report.hotpath_command import ask, registry
-from hotpath_report.statistics import Values
+from hotpath_report.statistics import Samples, Values
 
 # Simulation at full severity, for linear RGB: Machado, Oliveira and Fernandes, "A Physiologically-based
 # Model for Simulation of Color Vision Deficiency", IEEE TVCG 15(6), 2009, table 1 at 1.0.
@@ -75,3 +77,11 @@ class Palette(unittest.TestCase):
             self.assertEqual(len({str(dashes[k]) for k in (0, 2, 3)}), 3, name)
         unknown = list(map(str, style.dashes_of(["picas", "cie", "chain-first"])))
         self.assertEqual(len(set(unknown)), 3)
+
+
+class Ratios(unittest.TestCase):
+    def test_refer_to_default_on_the_same_stack(self) -> None:
+        worst = {"default": 30, "rm-ro": 15, "default@rclcpp": 60, "rm-ro@rclcpp": 15, "rm-ro@other": 15}
+        rows = [Row(name, name, {"live": Samples([[ms]])}) for name, ms in worst.items()]
+        notes = [row.notes["live"] for row in with_ratios(rows)]
+        self.assertEqual(notes, ["", " · 2× lower", "", " · 4× lower", ""])
