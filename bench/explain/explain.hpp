@@ -129,7 +129,7 @@ struct Options {
   std::optional<double> quantile;  ///< In [0, 1].
   std::optional<std::uint64_t> sequence;
   bool json = false;        ///< Instead of text.
-  std::size_t slowest = 0;  ///< Not 0: the largest response times of every task, so many of each.
+  std::size_t slowest = 0;  ///< If > 0: explains this many of the slowest jobs of each task.
 };
 
 /// Explains one output, many outputs, or the difference of two executors. Reads jobs.csv row by row;
@@ -155,7 +155,7 @@ class StoredOutputs {
   StoredOutputs(const StoredOutputs&) = delete;
   StoredOutputs& operator=(const StoredOutputs&) = delete;
 
-  /// In the order of the file, of the slowest jobs by task; not empty but for these.
+  /// In the order of the file; the slowest jobs in that of their tasks. Only the slowest jobs may be none.
   [[nodiscard]] const std::vector<Output>& outputs() const { return outputs_; }
   [[nodiscard]] const Subject& subject() const { return subject_; }
   /// How many outputs `other` has more, over the repetitions that both ran; 0 if their lengths differ. Those

@@ -20,7 +20,7 @@ class ServiceJobs {
   explicit ServiceJobs(Duration wait = {}) : wait_(wait) {}
 
   [[nodiscard]] bool limits_waits() const { return wait_ > Duration::zero(); }
-  void arrived(TaskId task, Time now) { waiting_.push_back({task, now}); }
+  void arrived(TaskId task, Time now) { waiting_.push_back({task, now}); }  ///< Only if limits_waits().
   /// The oldest job of `task` started, or its event was consumed.
   void started(TaskId task) {
     const auto oldest = std::ranges::find(waiting_, task, &Waiting::task);
