@@ -9,10 +9,10 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <span>
-#include <thread>
 
 #include "advise/advice_report.hpp"
 #include "explain/explain.hpp"
+#include "hotpath/analysis/parallel.hpp"
 #include "hotpath/core/trace_csv.hpp"
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
@@ -43,9 +43,8 @@ constexpr double kRankingShare = 0.6;
 /// candidate under simulation has a trace.
 void check_memory(const Question& q) {
   constexpr double kCandidates = 30, kBytesOfTask = 2500;  // measured with 1000 to 20,000 nodes
-  const std::size_t at_once =
-      q.options.threads > 0 ? q.options.threads : std::max(1U, std::thread::hardware_concurrency());
-  setup::check_trace_memory(q.options, q.tasks, at_once, kCandidates * kBytesOfTask * q.tasks.set.size(),
+  setup::check_trace_memory(q.options, q.tasks, thread_count(q.options.threads),
+                            kCandidates * kBytesOfTask * q.tasks.set.size(),
                             "a shorter --duration, fewer --threads, or a part of the graph");
 }
 

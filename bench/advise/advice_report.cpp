@@ -30,9 +30,9 @@ std::string counted(std::uint64_t count, const char* thing) {
 Latency other_latency(const Objective& of) { return of.of_age() ? Latency::hot_path : Latency::age; }
 
 /// The key of `chains_ms`.
-std::string key_of(Objective::Statistic statistic, Latency latency) {
+std::string key_of(results::Judged statistic, Latency latency) {
   if (latency == Latency::hot_path) return to_string(statistic);
-  return statistic == Objective::Statistic::worst ? "age" : concat("age_", to_string(statistic));
+  return statistic == results::kWorst ? "age" : concat("age_", to_string(statistic));
 }
 
 /// The same statistic of a latency.
@@ -65,14 +65,14 @@ Table ranking_table(const Advice& advice, const json& ranking) {
   const auto add = [&](const std::vector<std::string>& names) {
     table.header.insert(table.header.end(), names.begin(), names.end());
   };
-  if (chains) add(words<Objective::Statistic>());
+  if (chains) add(words<results::Judged>());
   if (chains) add({concat(to_string(other_latency(objective)), "\n", statistic)});
   if (lateness) add({"worst\nlateness ms"});
   add({"lost\n%", "timers\nlate", "never\nran", "threads", "cores\nused", "bound"});
   for (const json& p : ranking) {
     if (p["overload"] != "") continue;
     std::vector<program::Value> row = {p["name"]};
-    for (const std::string& of : chains ? words<Objective::Statistic>() : std::vector<std::string>()) {
+    for (const std::string& of : chains ? words<results::Judged>() : std::vector<std::string>()) {
       const json &latency = p[of + "_ms"], interval = latency.value("interval", json());
       row.emplace_back(
           fixed(latency["value"], 1),
@@ -285,10 +285,10 @@ json row_json(const Advice& advice, const Prediction& p) {
   row["never_ran"] = p.summary.never_ran();
   row["starved"] = results::starved(p.summary);
   for (const results::ChainSummary& chain : p.summary.chains) {
-    for (const auto& [statistic, name] : enum_texts(Objective::Statistic{}))
+    for (const auto& [statistic, name] : enum_texts(results::Judged{}))
       for (const Latency of : {Latency::age, Latency::hot_path})
         row["chains_ms"][chain.chain][key_of(statistic, of)] =
-            chain.latency(of).quantiles.*quantile_of(statistic).of;
+            chain.latency(of).quantiles.*traits_of(statistic).of;
   }
   row["cores_used"] = p.cores_used;
   row["bound_ms"] = p.bound ? json(to_ms(Duration(p.bound->ns))) : json();
@@ -305,8 +305,8 @@ json row_json(const Advice& advice, const Prediction& p) {
   if (advice.graph.chains.empty()) return row;
   const results::LatencySummary& l =
       p.summary.chains[advice.objective.chain].latency(advice.objective.latency);
-  for (const auto& [statistic, name] : enum_texts(Objective::Statistic{})) {
-    const auto [value, interval] = l.estimate(quantile_of(statistic).of);
+  for (const auto& [statistic, name] : enum_texts(results::Judged{})) {
+    const auto [value, interval] = l.estimate(traits_of(statistic).of);
     json& estimate = row[concat(name, "_ms")] = {{"value", value}};
     if (interval) estimate["interval"] = {interval->low, interval->high};
   }

@@ -22,7 +22,6 @@ namespace hotpath::advise {
 namespace {
 
 using Kind = Objective::Kind;
-using Statistic = Objective::Statistic;
 
 [[noreturn]] void refuse(const std::string& text) {
   throw program::UsageError(program::concat(
@@ -47,9 +46,9 @@ std::size_t chain_named(const std::string& name, const Graph& graph, std::string
 }
 
 Objective latency_of(const std::string& chain, const std::string& words, const Graph& graph,
-                     Statistic usual) {
+                     results::Judged usual) {
   const bool age = words == "age" || words.starts_with("age:");
-  const auto statistic = words == "age" ? usual : parse<Statistic>(age ? words.substr(4) : words);
+  const auto statistic = words == "age" ? usual : parse<results::Judged>(age ? words.substr(4) : words);
   if (!statistic) refuse(words);
   Objective objective{.statistic = *statistic, .latency = age ? Latency::age : Latency::hot_path};
   objective.chain = chain_named(chain, graph, objective.note);
@@ -82,7 +81,8 @@ double worst_lateness(const results::ExecutorSummary& summary) {
 
 }  // namespace
 
-Objective parse_objective(const std::optional<std::string>& given, const Graph& graph, Statistic usual) {
+Objective parse_objective(const std::optional<std::string>& given, const Graph& graph,
+                          results::Judged usual) {
   if (!given && !graph.chains.empty()) return latency_of(graph.chains.front().name, "age", graph, usual);
   const std::string text = given.value_or("worst_lateness");
   if (text == "losses") return {.kind = Kind::losses, .text = "lost jobs and samples"};
@@ -90,7 +90,7 @@ Objective parse_objective(const std::optional<std::string>& given, const Graph& 
   const std::size_t colon = text.find(':');
   if (colon != std::string::npos)
     return latency_of(text.substr(0, colon), text.substr(colon + 1), graph, usual);
-  Objective objective{.kind = Kind::requirements, .statistic = Statistic::worst};
+  Objective objective{.kind = Kind::requirements, .statistic = results::kWorst};
   std::istringstream items(text);
   for (std::string item; std::getline(items, item, ',');) {
     const Objective::Requirement r = requirement(item, graph, objective.note);
@@ -108,7 +108,7 @@ Score score(const Objective& objective, const results::ExecutorSummary& summary)
   switch (objective.kind) {
     case Kind::latency:
       return {finite(summary.chains[objective.chain].latency(objective.latency).quantiles.*
-                     quantile_of(objective.statistic).of),
+                     traits_of(objective.statistic).of),
               0, lost};
     case Kind::worst_lateness:
       return {worst_lateness(summary), 0, lost};
@@ -310,8 +310,7 @@ Question::Question(const Options& given)
       graph(graph_of(given)),
       tasks(make_tasks(graph)),
       objective(
-          parse_objective(given.objective, graph,
-                          given.choose_phases ? Objective::Statistic::worst : Objective::Statistic::p99)),
+          parse_objective(given.objective, graph, given.choose_phases ? results::kWorst : results::kP99)),
       folder(setup::output_folder(given.output, graph.name)) {
   std::vector<std::string> notes = setup::utilisation(graph, tasks, nullptr).warnings;
   if (!objective.note.empty()) notes.insert(notes.begin(), objective.note);

@@ -20,7 +20,6 @@ namespace hotpath::advise {
 /// The quantity that `hotpath advise --for` minimises.
 struct Objective {
   enum class Kind : std::uint8_t { latency, worst_lateness, losses, requirements };
-  enum class Statistic : std::uint8_t { median, p99, worst };
   /// A limit of the age of a chain's data.
   struct Requirement {
     std::size_t chain = 0;  ///< Index into the graph's chains.
@@ -28,9 +27,9 @@ struct Objective {
   };
 
   Kind kind = Kind::latency;
-  Statistic statistic = Statistic::p99;  ///< latency.
-  Latency latency = Latency::age;        ///< Of or beside latencies: of the chain.
-  std::size_t chain = 0;                 ///< latency: index into the graph's chains.
+  results::Judged statistic = results::kP99;  ///< latency.
+  Latency latency = Latency::age;             ///< Of or beside latencies: of the chain.
+  std::size_t chain = 0;                      ///< latency: index into the graph's chains.
   std::vector<Requirement> requirements = {};
   std::string text = {};  ///< In words, such as `age of the data of hot_path (p99)`.
   std::string note = {};  ///< What was meant instead of what was asked; empty: nothing else.
@@ -38,23 +37,16 @@ struct Objective {
   [[nodiscard]] bool of_age() const { return latency == Latency::age; }
   /// Whether it is about worst cases of latencies or response times, which theory can guarantee.
   [[nodiscard]] bool of_worst_cases() const {
-    return kind == Kind::latency ? statistic == Statistic::worst : kind != Kind::losses;
+    return kind == Kind::latency ? statistic == results::kWorst : kind != Kind::losses;
   }
 };
-constexpr auto enum_texts(Objective::Statistic) {
-  return texts_in_order<Objective::Statistic>({"median", "p99", "worst"});
-}
-/// The quantile of latencies that a statistic is.
-[[nodiscard]] constexpr const QuantileTraits& quantile_of(Objective::Statistic statistic) {
-  return results::kJudgedQuantiles[static_cast<std::size_t>(statistic)];
-}
 
 /// Parses `CHAIN:age:p99` (also median, worst; `CHAIN:age`: `usual`) of the age, `CHAIN:p99` of the hot-path
 /// latency, a list of `CHAIN<MS` with commas, `worst_lateness`, or `losses`. The chain `hot_path` is the
 /// first one, with a note, if no other has that name. By default the age of the first chain or, without
 /// chains, `worst_lateness`. Throws UsageError, also if the graph lacks the chain.
 [[nodiscard]] Objective parse_objective(const std::optional<std::string>& given, const Graph& graph,
-                                        Objective::Statistic usual = Objective::Statistic::p99);
+                                        results::Judged usual = results::kP99);
 
 /// How well an objective is met; smaller is better. By default the worst.
 struct Score {

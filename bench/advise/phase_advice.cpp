@@ -124,8 +124,8 @@ class PhaseAdviser : Question {
   /// Whether the steps until now have used up their share of the budget. Shows the progress.
   bool stopped() {
     const Duration elapsed = std::chrono::steady_clock::now() - begin_;
-    progress_.update(elapsed, setup::seconds(options.budget_s));
-    return program::interrupted() != 0 || elapsed > setup::seconds(share_ * options.budget_s);
+    progress_.update(elapsed, from_s(options.budget_s));
+    return program::interrupted() != 0 || elapsed > from_s(share_ * options.budget_s);
   }
 
   /// The values of the phases that the chosen ones are compared with, the best first.

@@ -27,8 +27,7 @@ void add_draw(Prediction& p, const setup::CommonOptions& options, std::uint32_t 
   SimulatedDraw drawn = simulate_draw(candidate, options, d);
   Trace& trace = drawn.repetition.trace;
   trace.repetition = d;
-  results::JobMeasures measures(candidate.tasks.set, Time{} + setup::seconds(options.warm_up_s), trace.end,
-                                false);
+  results::JobMeasures measures(candidate.tasks.set, Time{} + from_s(options.warm_up_s), trace.end, false);
   Duration work{};
   for (const JobRecord& r : trace.jobs) {
     measures.add(r);
@@ -90,15 +89,15 @@ SimulatedDraw simulate_draw(const Candidate& candidate, const setup::CommonOptio
   setup::set_phases(drawn.tasks.set,
                     setup::phases_of_repetition(o, candidate.graph, candidate.tasks, candidate.spec, d));
   simulated::Plan plan{candidate.spec, candidate.graph, drawn.tasks, *drawn.times};
-  plan.warm_up = setup::seconds(o.warm_up_s);
-  plan.duration = setup::seconds(o.duration_s);
+  plan.warm_up = from_s(o.warm_up_s);
+  plan.duration = from_s(o.duration_s);
   drawn.repetition = simulated::simulate_repetition(plan);
   return drawn;
 }
 
 std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const Options& options,
                                 const Objective& objective, const std::string& title) {
-  const Duration budget = setup::seconds(options.budget_s);
+  const Duration budget = from_s(options.budget_s);
   program::Progress progress(1, budget);
   progress.begin(title);
   const auto begin = std::chrono::steady_clock::now();
@@ -135,11 +134,10 @@ std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const 
 
 std::optional<bool> differs(const Objective& objective, const Prediction& a, const Prediction& b) {
   if (objective.kind != Objective::Kind::latency) return std::nullopt;
-  const auto interval = difference_of_quantiles(latencies_of(a, objective), latencies_of(b, objective),
-                                                quantile_of(objective.statistic).probability, {.pairs = true})
-                            .interval;
-  if (!interval) return std::nullopt;
-  return interval->low > 0 || interval->high < 0;
+  const Estimate difference =
+      difference_of_quantiles(latencies_of(a, objective), latencies_of(b, objective),
+                              traits_of(objective.statistic).probability, {.pairs = true});
+  return difference.interval ? std::optional(difference.excludes(0)) : std::nullopt;
 }
 
 std::string timer_beside_group(const Candidate& candidate) {
@@ -171,6 +169,7 @@ bool can_be_written(const Candidate& candidate) {
 std::optional<std::string> refusal(const Prediction& p, const Prediction& now) {
   constexpr double kMoreLosses_percent = 1;
   if (p.summary.never_ran() > 0) return "a task never runs";
+  if (!results::starved(p.summary).empty()) return "a task starves";
   const double most = now.keeps_up() ? now.summary.lost_percent() + kMoreLosses_percent : INFINITY;
   if (p.summary.lost_percent() > most) return "it loses more than today";
   if (!timer_beside_group(*p.candidate).empty()) return "";

@@ -39,7 +39,7 @@ Table facts(const machine::Machine& m) {
 }
 
 Table hiccups(const machine::Noise& noise) {
-  Table table("Hiccups of a busy thread in " + fixed(to_ms(noise.length) / 1000, 1) + " s, in microseconds",
+  Table table("Hiccups of a busy thread in " + fixed(to_s(noise.length), 1) + " s, in microseconds",
               {"core", "p99", "p99.9", "max", "lost"});
   for (const machine::Hiccups& h : noise.cores) {
     table.add_row({h.cpu, fixed(to_us(h.p99), 2), fixed(to_us(h.p999), 2), fixed(to_us(h.max), 1),
@@ -49,7 +49,7 @@ Table hiccups(const machine::Noise& noise) {
 }
 
 void examine_machine(const DoctorArguments& arguments) {
-  const machine::Machine m = machine::read_machine(from_ms(arguments.seconds * 1000));
+  const machine::Machine m = machine::read_machine(from_s(arguments.seconds));
   std::cout << facts(m) << "\n" << hiccups(m.noise) << std::flush;
   for (const std::string& sentence : machine::warnings(m)) std::cerr << "note: " << sentence << "\n";
   program::show_json(m);

@@ -85,9 +85,9 @@ Percentiles percentiles_of(const Side& before, const Side& after) {
     if (other == after.samples.end()) continue;
     const RepeatedSamples old = samples.resampled(), now = other->second.resampled();
     const BootstrapOptions resampling = {.pairs = are_pairs(key, before, after)};
-    for (const QuantileTraits& of : results::kJudgedQuantiles) {
-      const double p = of.probability;
-      const Estimate change = difference_of_quantiles(now, old, p, resampling);
+    for (const auto& [judged, word] : enum_texts(results::Judged{})) {
+      const QuantileTraits& of = results::traits_of(judged);
+      const Estimate change = difference_of_quantiles(now, old, of.probability, resampling);
       const Verdict verdict = verdict_of(samples, other->second, change);
       ++all.verdicts[*key.latency][verdict];
       const std::string why = verdict == Verdict::not_comparable ? " (too few samples)" : "";
@@ -95,9 +95,10 @@ Percentiles percentiles_of(const Side& before, const Side& after) {
                     json(key.setting), json(key.executor), json(key.tasks)};
       Row shown = {text_of(key)};
       for (Row* const row : {&stored, &shown})
-        row->insert(row->end(), {of.key, text("%.3f", quantile(old.pooled(), p)),
-                                 text("%.3f", quantile(now.pooled(), p)), text("%+.3f", change.value),
-                                 interval_text("[%+.3f, %+.3f]", change.interval), to_string(verdict) + why});
+        row->insert(row->end(),
+                    {of.key, text("%.3f", quantile(old.pooled(), of.probability)),
+                     text("%.3f", quantile(now.pooled(), of.probability)), text("%+.3f", change.value),
+                     interval_text("[%+.3f, %+.3f]", change.interval), to_string(verdict) + why});
       all.stored.add_row(stored);
       all.shown.add_row(shown);
     }

@@ -241,7 +241,7 @@ struct Account {
     // It was chosen before, and was still being dispatched.
     if (theirs.priority > its.priority) return Rule::before_release;
     const Policy policy = w.executor.traits.policy.value_or(Policy::fifo);
-    return traits_of(policy).levels == Levels::deadline ? Rule::deadline : Rule::priority;
+    return by_deadline(traits_of(policy).levels) ? Rule::deadline : Rule::priority;
   }
 
   /// No job that was recorded kept the waiting job from starting.

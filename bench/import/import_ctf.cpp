@@ -45,7 +45,7 @@ void write_run(const Imported& imported, const fs::path& output, const char* nam
   common.graph = output / "graph.yaml";
   common.phases = Phases::given;
   common.warm_up_s = 0;
-  common.duration_s = to_ms(rows.end - Time{}) / 1000;
+  common.duration_s = to_s(rows.end - Time{});
   const TaskSet& set = best.tasks.set;
   results::RunRecord record = setup::record_of(common, best.graph, set, {best.executor});
   record.kind = kind;

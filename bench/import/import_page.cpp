@@ -22,8 +22,6 @@ constexpr int kGap = 10;
 /// Most items of a line of the summary.
 constexpr std::size_t kShown = 3;
 
-double seconds_of(Duration d) { return static_cast<double>(d.count()) / 1e9; }
-
 std::vector<std::string> publishers_of(const RecordedGraph& graph, const InferredRule& rule) {
   std::vector<std::string> names;
   for (const std::uint32_t c : rule.publishers) names.push_back(graph.tasks.set[graph.task_of[c]].name);
@@ -184,8 +182,7 @@ json left_out_json(const Imported& imported) {
   }
   std::vector<std::pair<double, std::string>> shares;
   for (const auto& [name, its] : by_name)
-    if (const double share = 100 * seconds_of(its) / seconds_of(imported.reading.length());
-        share >= kLeast_percent)
+    if (const double share = 100 * to_s(its) / to_s(imported.reading.length()); share >= kLeast_percent)
       shares.emplace_back(share, program::text("%s (%.1f %% of a processor)", name.c_str(), share));
   std::ranges::sort(shares, std::greater());
   json named = json::array();
@@ -223,8 +220,8 @@ std::vector<std::string> defects(const Imported& imported) {
   }
   if (r.longest_gap > kGap * longest_period)
     warn(
-        "The trace has no event for ", program::fixed(seconds_of(r.longest_gap), 1), " s from ",
-        program::fixed(seconds_of(r.gap_begin - r.first), 1),
+        "The trace has no event for ", program::fixed(to_s(r.longest_gap), 1), " s from ",
+        program::fixed(to_s(r.gap_begin - r.first), 1),
         " s on: its clock jumped, or the system stood still. Jobs that were due meanwhile count as lost, and "
         "the self-check is not reliable.");
   if (system.reused_handles > 0)
@@ -280,7 +277,7 @@ json import_json(const Imported& imported) {
           {"version", HOTPATH_VERSION},
           {"events", imported.reading.events},
           {"all_events", imported.reading.all_events},
-          {"duration_s", seconds_of(imported.reading.length())},
+          {"duration_s", to_s(imported.reading.length())},
           {"jobs", imported.jobs()},
           {"window_jobs", imported.recorded.jobs.size()},
           {"warnings", warnings(imported)},
@@ -331,7 +328,7 @@ void print_import(std::ostream& out, const Imported& imported) {
   const std::string folder = imported.options.output,
                     now = best.executor.entry ? best.executor.label : folder + "/deployment.yaml";
   out << "Recognised: " << best.graph.nodes.size() << " nodes, " << best.tasks.set.size() << " tasks, "
-      << imported.jobs() << " jobs in " << program::fixed(seconds_of(imported.reading.length()), 1)
+      << imported.jobs() << " jobs in " << program::fixed(to_s(imported.reading.length()), 1)
       << " s; executors: " << first_of(executors) << "\nUncertain: " << first_of(uncertain)
       << "\nMissing: " << first_of(missing)
       << (delivery.n == 0 ? ""

@@ -108,7 +108,7 @@ class LiveRun {
   }
 
  private:
-  Duration length() const { return setup::seconds(options_.warm_up_s + options_.duration_s); }
+  Duration length() const { return from_s(options_.warm_up_s + options_.duration_s); }
 
   /// Marks executors on rclcpp in their labels; each stack adds all executors.
   void name_stacks() {
@@ -140,7 +140,7 @@ class LiveRun {
     plan_.fastdds.partition = random_name();
     plan_.fastdds.topic_prefix = random_name() + "/";
     plan_.length = length();
-    plan_.time_out = setup::seconds(options_.time_out_s);
+    plan_.time_out = from_s(options_.time_out_s);
     check_run(options_, plan_, executors_);
     // The publishing process runs on the processors that --cpus leaves free.
     if (!plan_.cpus.empty())

@@ -37,7 +37,7 @@ class Sender {
         end_(end),
         info_(telemetry::make_run_info(*plan.graph, *plan.published, plan.executor.label, plan.repetition,
                                        telemetry::unix_ns(epoch - now()))),
-        counted_from_(epoch + setup::seconds(plan.published->warm_up_s)),
+        counted_from_(epoch + from_s(plan.published->warm_up_s)),
         statistics_(*plan.graph, plan.tasks, info_, epoch, counted_from_ - epoch),
         join_(index_chains(*plan.graph, plan.tasks), plan.tasks.set.size()),
         seen_(counts().size(), 0) {

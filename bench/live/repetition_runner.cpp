@@ -345,7 +345,7 @@ RunMemory::Size memory_size(const Plan& plan, std::uint32_t process) {
     for (const TaskId fed : tasks.set[id].feeds) add(fed, rates[id]);
   }
   const auto records = [&](double rate) {  // a third more than the nominal rate
-    return static_cast<std::uint64_t>(rate * (to_ms(plan.length) / 1000 + 1) * 4 / 3) + 1024;
+    return static_cast<std::uint64_t>(rate * (to_s(plan.length) + 1) * 4 / 3) + 1024;
   };
   return {tasks.set.size(), static_cast<std::uint32_t>(workers_of(plan, process).size()),
           records(std::ranges::max(jobs)), records(outputs),

@@ -11,6 +11,8 @@
 #include <numeric>
 #include <sstream>
 
+#include "program/memory_limit.hpp"
+
 namespace hotpath::machine {
 
 std::string first_line(const std::string& path) {
@@ -76,12 +78,11 @@ std::map<int, Ticks> ticks_by_cpu(const std::string& proc_stat) {
 }
 
 Duration throttled_time(const std::vector<int>& cpus) {
-  Duration sum{};
-  // Version 2 of cgroups has one line of this process, `0::/PATH`.
-  if (const std::string group = value_of("/proc/self/cgroup", "0::", ':'); !group.empty()) {
-    const std::string file = "/sys/fs/cgroup" + group.substr(1) + "/cpu.stat";
-    sum = std::chrono::microseconds(std::atoll(value_of(file, "throttled_usec", ' ').c_str()));
-  }
+  const std::string file =
+      program::cgroup_folder(program::content_of("/proc/self/cgroup"), "cpu") / "cpu.stat";
+  const auto counted = [&](const char* key) { return std::atoll(value_of(file, key, ' ').c_str()); };
+  // Version 2 of cgroups counts in microseconds, version 1 in nanoseconds.
+  Duration sum = std::chrono::microseconds(counted("throttled_usec")) + Duration(counted("throttled_time"));
   for (const int cpu : cpus) {
     sum += std::chrono::milliseconds(number_in(
         "/sys/devices/system/cpu/cpu" + std::to_string(cpu) + "/thermal_throttle/core_throttle_total_time_ms",
@@ -111,8 +112,7 @@ ProcessorTimes processor_times(const std::string& proc_stat, const std::vector<i
 }
 
 ProcessorTimes processor_times(const std::vector<int>& cpus) {
-  ProcessorTimes times =
-      processor_times((std::ostringstream() << std::ifstream("/proc/stat").rdbuf()).str(), cpus);
+  ProcessorTimes times = processor_times(program::content_of("/proc/stat"), cpus);
   times.throttled = throttled_time(cpus);
   return times;
 }

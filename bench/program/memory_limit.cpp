@@ -27,38 +27,40 @@ std::uint64_t number_in_file(const fs::path& file) {
   return in >> limit ? limit : kUnlimited;
 }
 
-/// The smallest limit of a cgroup and its parents.
-std::uint64_t least_limit(const fs::path& mount, const fs::path& cgroup, const char* file) {
-  const std::uint64_t own = number_in_file(mount / cgroup.relative_path() / file);
-  return cgroup.has_relative_path() ? std::min(own, least_limit(mount, cgroup.parent_path(), file)) : own;
-}
-
 }  // namespace
 
-std::uint64_t cgroup_memory_limit(const std::string& proc_cgroup, const fs::path& root) {
-  std::uint64_t least = kUnlimited;
+std::string content_of(const std::string& file) {
+  return (std::ostringstream() << std::ifstream(file).rdbuf()).str();
+}
+
+fs::path cgroup_folder(const std::string& proc_cgroup, const std::string& controller, const fs::path& root) {
+  fs::path folder;
   std::istringstream lines(proc_cgroup);
   // `NUMBER:CONTROLLERS:PATH`; version 2 has no controllers.
   for (std::string number, controllers, path; std::getline(lines, number, ':') &&
                                               std::getline(lines, controllers, ':') &&
                                               std::getline(lines, path);) {
-    if (controllers == "memory") {
-      least = std::min(least, least_limit(root / "memory", path, "memory.limit_in_bytes"));
-    } else if (controllers.empty()) {
-      least = std::min(
-          {least, least_limit(root, path, "memory.max"), least_limit(root / "unified", path, "memory.max")});
-    }
+    const bool own = ("," + controllers + ",").find("," + controller + ",") != std::string::npos;
+    if (own || (controllers.empty() && folder.empty()))
+      folder = (own ? root / controller : root) / fs::path(path).relative_path();
   }
+  return folder;
+}
+
+std::uint64_t cgroup_memory_limit(const std::string& proc_cgroup, const fs::path& root) {
+  std::uint64_t least = kUnlimited;
+  for (fs::path at = cgroup_folder(proc_cgroup, "memory", root); at.native().size() >= root.native().size();
+       at = at.parent_path())
+    least =
+        std::min({least, number_in_file(at / "memory.max"), number_in_file(at / "memory.limit_in_bytes")});
   return least;
 }
 
 std::uint64_t memory_limit() {
-  std::ifstream in("/proc/self/cgroup");
-  std::ostringstream cgroups;
-  cgroups << in.rdbuf();
   const auto physical =
       static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  std::uint64_t least = std::min(physical, cgroup_memory_limit(cgroups.str(), "/sys/fs/cgroup"));
+  std::uint64_t least =
+      std::min(physical, cgroup_memory_limit(content_of("/proc/self/cgroup"), "/sys/fs/cgroup"));
   for (const auto resource : {RLIMIT_AS, RLIMIT_DATA}) {
     rlimit limit{};
     if (getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {

@@ -14,6 +14,15 @@ namespace hotpath::program {
 /// Bytes of memory that this process uses; 0: unknown.
 [[nodiscard]] std::uint64_t memory_in_use();
 
+/// The content of one of the kernel's text files, whose length is not known; empty without the file.
+[[nodiscard]] std::string content_of(const std::string& file);
+
+/// The folder of the cgroup in `proc_cgroup`, a text like /proc/self/cgroup, that has this controller: of
+/// version 1, or else of version 2; empty: none. `root` is their mount point.
+[[nodiscard]] std::filesystem::path cgroup_folder(const std::string& proc_cgroup,
+                                                  const std::string& controller,
+                                                  const std::filesystem::path& root = "/sys/fs/cgroup");
+
 /// The smallest limit of the cgroups in `proc_cgroup`, a text like /proc/self/cgroup, and of their
 /// parents; `root` is their mount point. The largest number without a limit.
 [[nodiscard]] std::uint64_t cgroup_memory_limit(const std::string& proc_cgroup,

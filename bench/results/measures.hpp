@@ -272,8 +272,12 @@ class JobMeasures {
 }
 
 /// The quantiles that judgements of latencies are about.
-enum Judged : std::size_t { kMedian, kP99, kWorst };
-inline constexpr std::array kJudgedQuantiles = {kQuantiles[1], kQuantiles[3], kQuantiles[5]};
+enum Judged : std::uint8_t { kMedian, kP99, kWorst };
+constexpr auto enum_texts(Judged) { return texts_in_order<Judged>({"median", "p99", "worst"}); }
+[[nodiscard]] constexpr const QuantileTraits& traits_of(Judged judged) {
+  constexpr std::array kOf = {&Quantiles::p50, &Quantiles::p99, &Quantiles::max};
+  return *std::ranges::find(kQuantiles, kOf[static_cast<std::size_t>(judged)], &QuantileTraits::of);
+}
 
 /// A latency in words, beside to_string(): in sentences, in tables of bounds and as their `kind`, and as the
 /// beginning of a limit of `--require`.

@@ -25,9 +25,9 @@ class StoredRun {
   const std::filesystem::path& folder() const { return folder_; }
   const RunRecord& record() const { return record_; }  ///< run.json.
   const std::vector<std::string>& executors() const { return record_.executors; }
-  Duration warm_up() const { return from_ms(record_.warm_up_s * 1000); }
+  Duration warm_up() const { return from_s(record_.warm_up_s); }
   /// Of each repetition as planned, warm-up included.
-  Duration length() const { return warm_up() + from_ms(record_.duration_s * 1000); }
+  Duration length() const { return warm_up() + from_s(record_.duration_s); }
   /// The length of a repetition with this usage, which has the actual length of a live run.
   Duration length_of(const ProcessUsage& usage) const {
     return usage.wall > Duration::zero() ? usage.wall : length();

@@ -28,10 +28,10 @@ void compare(LatencySummary& latency, const RepeatedSamples& own, const Repeated
              const BootstrapOptions& options) {
   if (own.pooled().empty() || baseline.pooled().empty()) return;
   const bool same = &own == &baseline;
-  for (std::size_t k = 0; k < kJudgedQuantiles.size(); ++k)
-    latency.to_default[k] = same
-                                ? Estimate{1.0, std::nullopt}
-                                : ratio_of_quantiles(own, baseline, kJudgedQuantiles[k].probability, options);
+  for (const auto& [judged, word] : enum_texts(Judged{}))
+    latency.to_default[judged] =
+        same ? Estimate{1.0, std::nullopt}
+             : ratio_of_quantiles(own, baseline, traits_of(judged).probability, options);
   latency.median_minus_default =
       same ? Estimate{0.0, std::nullopt} : difference_of_quantiles(own, baseline, 0.5, options);
 }
@@ -85,8 +85,7 @@ void add_repetition(ExecutorSummary& executor, const TaskSet& set, const Repetit
   for (TaskId id = 0; id < set.size(); ++id) {
     TaskAccount& a = measures[id].account;
     if (!r.expected.empty()) a.expected = r.expected[id];
-    each.skipped += a[Outcome::skipped];
-    each.overwritten += a[Outcome::overwritten];
+    each.add(a);
     each.never_ran += never_ran(a);
     if (!a.balanced())
       executor.unbalanced.push_back({trace.repetition, set[id].name, a.accounted(), a.expected});

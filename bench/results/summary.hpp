@@ -57,7 +57,7 @@ struct LatencySummary {
   Quantiles quantiles;
   Quantiles low, high;  ///< The limits of the confidence intervals; without an interval NaN.
   /// Ratios to `default` on the same stack; nullopt if `default` was not measured.
-  std::array<std::optional<Estimate>, kJudgedQuantiles.size()> to_default = {};
+  std::array<std::optional<Estimate>, enum_texts(Judged{}).size()> to_default = {};
   std::optional<Estimate> median_minus_default = {};  ///< Difference of the medians in milliseconds.
 
   [[nodiscard]] Estimate estimate(double Quantiles::*of) const {
@@ -104,8 +104,7 @@ struct ChainSummary {
 void fields(auto& visit, const ChainSummary& part) {
   const LatencySummary &hot_path = part.hot_path, &age = part.end_to_end;
   const auto ratios = [](const LatencySummary& of, auto... which) {
-    return nlohmann::json{
-        {which == kMedian ? "median" : kJudgedQuantiles[which].key, of.to_default[which]}...};
+    return nlohmann::json{{which == kMedian ? "median" : traits_of(which).key, of.to_default[which]}...};
   };
   HOTPATH_VISIT(chain, disparity_ms)
   visit("hot_path_latency_ms", hot_path);
@@ -172,10 +171,20 @@ struct DisturbedRepetition {
 };
 HOTPATH_FIELDS(DisturbedRepetition, repetition, marks);
 
-/// Measures of one repetition. Losses include those of its warm-up.
-struct RepetitionMeasures {
-  std::uint32_t repetition = 0;
+/// Timestamps and samples that no job ever used, also of the warm-up.
+struct Losses {
   std::uint64_t skipped = 0, overwritten = 0;
+
+  [[nodiscard]] std::uint64_t lost() const { return skipped + overwritten; }
+  void add(const TaskAccount& account) {
+    skipped += account[Outcome::skipped];
+    overwritten += account[Outcome::overwritten];
+  }
+};
+
+/// Measures of one repetition.
+struct RepetitionMeasures : Losses {
+  std::uint32_t repetition = 0;
   std::uint64_t deadline_overruns = 0;  ///< Of timers.
   std::uint64_t never_ran = 0;          ///< Tasks of which no job started, although they had some.
   struct OfChain {
@@ -183,17 +192,14 @@ struct RepetitionMeasures {
     double worst_hot_path_ms = kNoValue, worst_age_ms = kNoValue;
   };
   std::vector<OfChain> chains = {};  ///< In the summary's order.
-  [[nodiscard]] std::uint64_t lost() const { return skipped + overwritten; }
 };
 HOTPATH_FIELDS(RepetitionMeasures, repetition, skipped, overwritten);
 
-struct ExecutorSummary {
+struct ExecutorSummary : Losses {
   std::string executor;
   std::string overload = {};  ///< Why a simulation of it did not reach its end; then it has no results.
   std::size_t repetitions = 0;
   std::uint64_t executed = 0;  ///< Callbacks that ran to their end.
-  std::uint64_t skipped = 0;
-  std::uint64_t overwritten = 0;
   std::vector<RepetitionMeasures> each;
   TimerCounts after_warm_up;  ///< Of all timers.
   std::uint64_t lost_records = 0;
@@ -204,8 +210,6 @@ struct ExecutorSummary {
   std::vector<DisturbedRepetition> disturbed;
   std::vector<Imbalance> unbalanced;  ///< Empty: the loss equations hold for every task of every repetition.
 
-  /// Timestamps and samples that no job ever used.
-  [[nodiscard]] std::uint64_t lost() const { return skipped + overwritten; }
   [[nodiscard]] double lost_percent() const { return percent_of(lost(), executed + lost()); }
   [[nodiscard]] std::size_t never_ran() const {
     return static_cast<std::size_t>(std::ranges::count_if(tasks, &TaskSummary::never_ran));
@@ -220,8 +224,7 @@ struct ExecutorSummary {
   void settle() {
     for (const TaskSummary& task : tasks) {
       executed += task.account[Outcome::ran];
-      skipped += task.account[Outcome::skipped];
-      overwritten += task.account[Outcome::overwritten];
+      add(task.account);
       after_warm_up += task.after_warm_up;
     }
     if (executed > 0 && usage.wall > Duration{})  // a simulation uses no CPU time

@@ -37,15 +37,12 @@ std::string shown_difference(double ratio) {
   return percent == 0 ? "0 %" : program::text("%+.0f %%", percent);
 }
 
-/// Whether the confidence interval of a ratio excludes 1.
-bool beyond_noise(const std::optional<Estimate>& ratio) {
-  return ratio && ratio->interval && (ratio->interval->high < 1 || ratio->interval->low > 1);
-}
+bool beyond_noise(const std::optional<Estimate>& ratio) { return ratio && ratio->excludes(1); }
 
 /// A quantile with its difference to `default`, if that was measured, and its interval below. A star: beyond
 /// noise.
 program::Value cell(const LatencySummary& latency, Judged which, bool compared = true) {
-  const auto& [value, interval] = latency.estimate(kJudgedQuantiles[which].of);
+  const auto& [value, interval] = latency.estimate(traits_of(which).of);
   const std::optional<Estimate> ratio = compared ? latency.to_default[which] : std::nullopt;
   std::string shown = shown_number(value);
   if (ratio && ratio->value != 1) shown += " (" + shown_difference(ratio->value) + ")";

@@ -29,8 +29,6 @@ void PlatformOptions::apply_to(GraphPlatform& platform) const {
   }
 }
 
-Duration seconds(double s) { return from_ms(s * 1000); }
-
 std::string time_stamp(const char* format) {
   const std::time_t now = std::time(nullptr);
   char text[64];
@@ -184,7 +182,7 @@ std::vector<std::string> chain_names(const Graph& graph) {
 }
 
 results::SummaryOptions summary_options(const CommonOptions& options, const Graph& graph) {
-  return {chain_names(graph), seconds(options.warm_up_s), {.seed = options.seed}};
+  return {chain_names(graph), from_s(options.warm_up_s), {.seed = options.seed}};
 }
 
 }  // namespace hotpath::setup

@@ -74,8 +74,6 @@ struct PlatformOptions {
   void apply_to(GraphPlatform& platform) const;
 };
 
-Duration seconds(double s);
-
 /// Local time by strftime's `format`.
 std::string time_stamp(const char* format);
 

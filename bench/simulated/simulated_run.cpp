@@ -181,7 +181,7 @@ class SimulatedRun {
     const auto times = execution_times(i);
     Plan plan{e, graph_, simulation.tasks, *times};
     plan.warm_up = counting_.warm_up;
-    plan.duration = setup::seconds(options_.duration_s);
+    plan.duration = from_s(options_.duration_s);
     plan.max_backlog = options_.max_backlog;
     try {
       *simulation.repetition = simulate_repetition(plan, !options_.no_trace);

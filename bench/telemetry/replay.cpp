@@ -79,7 +79,7 @@ class Replay {
         run_(options.run, "replay"),
         executor_(options.executor.empty() ? run_.executors().at(0) : options.executor),
         system_(setup::stored_system(run_, options.graph)),
-        start_(Time{} + setup::seconds(options.start_s)) {
+        start_(Time{} + from_s(options.start_s)) {
     run_.load(system_.tasks.set);
     tasks_ = system_.tasks_of(run_, executor_, options.repetition);
     const Trace& trace = run_.trace(executor_, options.repetition);
@@ -94,10 +94,10 @@ class Replay {
     outputs_ = outputs_of(run_, trace, system_.graph);
     run_end_ = end_of(run_, trace);
     if (start_ >= run_end_) {
-      throw program::UsageError(program::text("--from is after the end of the run, which lasted %.0f s",
-                                              to_ms(run_end_ - Time{}) / 1000));
+      throw program::UsageError(
+          program::text("--from is after the end of the run, which lasted %.0f s", to_s(run_end_ - Time{})));
     }
-    end_ = options.duration_s ? std::min(run_end_, start_ + setup::seconds(*options.duration_s)) : run_end_;
+    end_ = options.duration_s ? std::min(run_end_, start_ + from_s(*options.duration_s)) : run_end_;
   }
 
   void run() {

@@ -119,7 +119,7 @@ telemetry::Statistics RunStatistics::take(Time now, const std::function<std::uin
   statistics.number(taken_++);
   statistics.last(false);
   statistics.stamp_ns(unix_time(now));
-  statistics.run_time_s(to_ms(now - epoch_) / 1000);
+  statistics.run_time_s(to_s(now - epoch_));
   const Duration window = std::max(now - window_start_, Duration(1));
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     NodeState& node = nodes_[n];

@@ -103,7 +103,7 @@ void Writers::flush(Duration limit) const {
   const Time until = now() + limit;
   for (dds::DataWriter* writer : {run_, chain_samples_, statistics_}) {
     writer->wait_for_acknowledgments(
-        eprosima::fastrtps::Duration_t(to_ms(std::max(until - now(), Duration::zero())) / 1000));
+        eprosima::fastrtps::Duration_t(to_s(std::max(until - now(), Duration::zero()))));
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "advise/advice_report.hpp"
 #include "advise/candidates.hpp"
+#include "advise/prediction.hpp"
 #include "graph_fixture.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
@@ -42,7 +43,7 @@ TEST(Objectives, AreReadAndRefusedWithWhatWouldBeRight) {
     EXPECT_TRUE(parse_objective(text, graph).of_worst_cases()) << text;
   for (const char* text : {"hot_path:age", "hot_path:p99", "hot_path:median", "losses"})
     EXPECT_FALSE(parse_objective(text, graph).of_worst_cases()) << text;
-  EXPECT_TRUE(parse_objective("hot_path:age", graph, advise::Objective::Statistic::worst).of_worst_cases());
+  EXPECT_TRUE(parse_objective("hot_path:age", graph, results::kWorst).of_worst_cases());
   for (const auto& [words, remedy] :
        std::map<std::string, std::string>{{"nonsense:p99", "it has localization, lane_detection"},
                                           {"hot_path:p98", "CHAIN:age:median"},
@@ -55,6 +56,16 @@ TEST(Objectives, AreReadAndRefusedWithWhatWouldBeRight) {
   }
   EXPECT_THAT([] { (void)parse_objective("hot_path:p99", graph_named("timers_only_60")); },
               testing::ThrowsMessage<program::UsageError>(HasSubstr("worst_lateness")));
+}
+
+TEST(Recommendations, AreRefusedToWhatStarvesATask) {
+  advise::Prediction now, slow;
+  results::TaskSummary& task = slow.summary.tasks.emplace_back();
+  task.account.add({.job = {.skipped = 19}});
+  EXPECT_EQ(advise::refusal(slow, now), "a task starves");
+  task.account = {};
+  task.account.add({.outcome = Outcome::skipped});
+  EXPECT_EQ(advise::refusal(slow, now), "a task never runs");
 }
 
 TEST(Scores, AreOfTheAgeUnlessTheHotPathIsNamed) {

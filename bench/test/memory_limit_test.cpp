@@ -37,6 +37,13 @@ TEST_F(CgroupMemoryLimit, IsThatOfTheGroupOrOfOneAbove) {
   EXPECT_EQ(program::cgroup_memory_limit("3:cpu,cpuacct:/a\n", root_), kUnlimited);
 }
 
+TEST(CgroupFolder, IsThatOfTheControllerOrOfVersion2) {
+  const std::string mixed = "0::/new\n3:cpu,cpuacct:/a\n2:cpuset:/b\n";
+  EXPECT_EQ(program::cgroup_folder(mixed, "cpu", "/mount"), "/mount/cpu/a");
+  EXPECT_EQ(program::cgroup_folder(mixed, "memory", "/mount"), "/mount/new");
+  EXPECT_EQ(program::cgroup_folder("3:cpu,cpuacct:/a\n", "memory", "/mount"), "");
+}
+
 TEST_F(CgroupMemoryLimit, OfVersion2MayBeNone) {
   write("a/memory.max", "max");
   EXPECT_EQ(program::cgroup_memory_limit("0::/a\n", root_), kUnlimited);

@@ -82,8 +82,8 @@ ScheduleComparison compare_schedules(const results::Schedule& measured, const re
 Quantiles real_latencies(const CsvReader& row) {
   Quantiles found{.n = row.number<std::size_t>("samples")};
   for (const QuantileTraits& of : kQuantiles)
-    if (of.of != &Quantiles::p999)
-      found.*of.of = row.number<double>(program::concat("hot_path_", of.key, "_ms"));
+    if (const auto column = row.find_column(program::concat("hot_path_", of.key, "_ms")))
+      found.*of.of = row.number<double>(*column);
   return found;
 }
 

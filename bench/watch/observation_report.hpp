@@ -42,7 +42,7 @@ class ObservationReport {
   void update(const Observer& observer, const Session& session, Duration now) {
     const Losses losses = session.losses();
     const tracing::System& system = observer.system();
-    json_ = {{"time_s", to_ms(now) / 1000},
+    json_ = {{"time_s", to_s(now)},
              {"processes", system.processes.size() + system.ended_processes},
              {"threads", session.threads()},
              {"events", observer.events()},
@@ -125,7 +125,7 @@ class ObservationReport {
   }
 
   [[nodiscard]] nlohmann::json callbacks(const Observer& observer, Duration now) {
-    const double seconds = to_ms(now - rated_at_) / 1000;
+    const double seconds = to_s(now - rated_at_);
     const bool rates = seconds > 0 && (rated_at_ == Duration::zero() || now - rated_at_ >= kShortest);
     if (rates && !whole_) rated_at_ = now;
     rates_.resize(observer.callbacks().size());
@@ -192,7 +192,7 @@ class ObservationReport {
   void rate(FollowedThread& thread) const {
     const ThreadFacts &now = thread.facts, &before = thread.before;
     if (read_ - thread.before_at < kShortest) return;
-    const double seconds = to_ms(read_ - thread.before_at) / 1000;
+    const double seconds = to_s(read_ - thread.before_at);
     const bool stayed = now.processor == before.processor;  // each one has a counter of its own
     thread.rates = {{"cpu_ms_per_s", to_ms(now.ran - before.ran) / seconds},
                     {"waited_ms_per_s", to_ms(now.waited - before.waited) / seconds},

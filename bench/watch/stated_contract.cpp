@@ -261,9 +261,8 @@ Contract recorded_contract(const guarantees::AnalyzeOptions& options, double mar
       contract.callbacks[task].terms =
           recorded_terms(recorded[task], tasks.set[task], all - recorded[task].run, margin_percent);
   }
-  contract.assumed =
-      program::concat("measured limits are the worst of ", to_ms(run.length()) / 1000, " s and ",
-                      margin_percent, " % (at least ", to_ms(kLeastMargin), " ms) more");
+  contract.assumed = program::concat("measured limits are the worst of ", to_s(run.length()), " s and ",
+                                     margin_percent, " % (at least ", to_ms(kLeastMargin), " ms) more");
   return contract;
 }
 

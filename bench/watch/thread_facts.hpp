@@ -20,6 +20,7 @@
 #include "hotpath/live/thread_setup.hpp"
 #include "hotpath/tracing/system.hpp"
 #include "machine/proc_files.hpp"
+#include "program/memory_limit.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::watch {
@@ -80,20 +81,6 @@ struct ThreadReading {
   return true;
 }
 
-/// The folder of a control group, from /proc/PID/cgroup, v1 or v2; empty: none.
-[[nodiscard]] inline std::string group_folder(const std::string& cgroup) {
-  std::istringstream lines(cgroup);
-  std::string folder;
-  for (std::string number, controllers, path; std::getline(lines, number, ':') &&
-                                              std::getline(lines, controllers, ':') &&
-                                              std::getline(lines, path);) {
-    const bool unified = controllers.empty();
-    if (unified ? folder.empty() : ("," + controllers + ",").find(",cpu,") != std::string::npos)
-      folder = (unified ? "/sys/fs/cgroup" : "/sys/fs/cgroup/cpu") + path;
-  }
-  return folder;
-}
-
 /// What a control group may run: of cpu.max (v2), or of two files (v1).
 [[nodiscard]] inline std::string quota_of(const std::string& folder) {
   long quota_us = machine::number_in(folder + "/cpu.cfs_quota_us", 0);
@@ -149,7 +136,7 @@ class ThreadReader {
     const auto is_some = [](const auto& stolen) { return stolen.second > Duration::zero(); };
     if (at >= stolen_read_ + kStolen || std::ranges::any_of(stolen_, is_some)) {
       stolen_read_ = at;
-      stolen_ = machine::stolen_times(content_of("/proc/stat"));
+      stolen_ = machine::stolen_times(program::content_of("/proc/stat"));
     }
     for (const tracing::Thread& thread : system.threads) {
       if (thread.jobs == 0) continue;
@@ -167,11 +154,6 @@ class ThreadReader {
   /// has to explain what happened since the one before.
   static constexpr Duration kStolen = std::chrono::milliseconds(100);
 
-  static std::string content_of(const std::string& path) {
-    std::ostringstream content;
-    content << std::ifstream(path).rdbuf();
-    return content.str();
-  }
   static std::string folder_of(const ThreadKey& thread) {
     return program::concat("/proc/", thread.first, "/task/", thread.second);
   }
@@ -184,7 +166,8 @@ class ThreadReader {
     ThreadFacts facts;
     const ThreadKey first(process, process);
     if (!lives(first)) return true;
-    if (!parse_stat(content_of(folder_of(first) + "/stat"), facts) || facts.state != 'Z') return false;
+    if (!parse_stat(program::content_of(folder_of(first) + "/stat"), facts) || facts.state != 'Z')
+      return false;
     return threads_of(process).size() == 1;
   }
 
@@ -198,7 +181,8 @@ class ThreadReader {
     }
     for (const ThreadKey& thread : ended) waits_.forget(thread);
     for (const std::uint32_t process : processes) {
-      const std::string group = group_folder(content_of(program::concat("/proc/", process, "/cgroup")));
+      const std::string groups = program::content_of(program::concat("/proc/", process, "/cgroup"));
+      const std::string group = program::cgroup_folder(groups, "cpu");
       groups_[process] = {group + "/cpu.stat", quota_of(group)};
       for (const std::string& id : threads_of(process)) {
         const ThreadKey thread(process, std::atol(id.c_str()));
@@ -220,8 +204,8 @@ class ThreadReader {
     if (sched_getaffinity(id, sizeof set, &set) != 0) return;
     for (int p = 0; p < CPU_SETSIZE; ++p)
       if (CPU_ISSET(p, &set)) facts.processors.push_back(p);
-    if (!policy || facts.processors.empty() || !parse_stat(content_of(folder + "/stat"), facts) ||
-        !parse_schedstat(content_of(folder + "/schedstat"), facts))
+    if (!policy || facts.processors.empty() || !parse_stat(program::content_of(folder + "/stat"), facts) ||
+        !parse_schedstat(program::content_of(folder + "/schedstat"), facts))
       return;
     facts.policy = *policy;
     facts.inherited = policy->ordinary() && policy->priority != 0 && *policy == own_;

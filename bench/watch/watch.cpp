@@ -71,7 +71,7 @@ std::unique_ptr<FlightRecorder> recorder_of(const WatchOptions& options) {
   program::check_output_folder(options.record, "", "--output");
   program::create_folder(options.record, "--output");
   std::signal(SIGUSR1, [](int) { snapshot_requested = 1; });
-  return std::make_unique<FlightRecorder>(from_ms(options.keep.value_or(kDefaultKeep_s) * 1000));
+  return std::make_unique<FlightRecorder>(from_s(options.keep.value_or(kDefaultKeep_s)));
 }
 
 /// Beside the installed command, or in the build tree.
@@ -237,7 +237,7 @@ class Watch {
       }
       stated_ = std::max(stated_, incident->number());
       line["event"] = "incident";
-      line["time_s"] = to_ms(elapsed()) / 1000;
+      line["time_s"] = to_s(elapsed());
       if (options_.json && !options_.once) print_line(line);
     }
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The nodes of a graph file: the short forms of the six types, and nodes of type `callbacks`.
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <numeric>
 #include <set>
@@ -158,13 +157,11 @@ Values read_values(const std::filesystem::path& path) {
 
 /// `min` and `max` without other quantiles are a range.
 void read_quantiles(const GraphMap& map, Callback& callback) {
-  constexpr std::array<std::pair<const char*, double>, 5> kQuantiles = {
-      {{"min", 0}, {"p50", 50}, {"p95", 95}, {"p99", 99}, {"max", 100}}};
   std::vector<DurationQuantile> quantiles;
   std::string previous;
   (void)map.needed("min");
   (void)map.needed("max");
-  for (const auto& [key, percent] : kQuantiles) {
+  for (const auto& [key, percent] : graph_keys::kOfExecutionTime) {
     DurationQuantile quantile{percent, {}};
     if (!map.read(key, quantile.time)) continue;
     if (!quantiles.empty() && quantile.time < quantiles.back().time)

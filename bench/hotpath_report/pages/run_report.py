@@ -119,7 +119,7 @@ def section(runs: Sequence[ReportedRun], key: Key) -> Section:
         baseline = next(iter(executors.values()), None)
         for executor, samples in executors.items():
             compared_cells = compared(samples, None if samples is baseline else baseline)
-            cells.append([run.name, executor, run.source, *compared_cells])
+            cells.append([run.name, executor, run["kind"], *compared_cells])
     table = Table(COMPARED, ["run", "executor", "source", *HEADER], cells)
     return Section(f"about_{name}", title, label, text, [figure], [table], causes(runs, key))
 

@@ -53,6 +53,11 @@ struct Interval {
 struct Estimate {
   double value = kNoValue;
   std::optional<Interval> interval;
+
+  /// Whether a ratio or difference is beyond noise: the interval does not contain `neutral`.
+  [[nodiscard]] bool excludes(double neutral) const {
+    return interval && (interval->high < neutral || interval->low > neutral);
+  }
 };
 
 /// Parameters of a bootstrap.

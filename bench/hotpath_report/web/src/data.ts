@@ -119,7 +119,11 @@ export class Store {
   private readonly jobs = new Map<StoredRepetition, Jobs>();
   private readonly lists = new Map<string, Output[]>();
 
-  constructor(readonly document: Document) {}
+  readonly running: number; // its place among the causes
+
+  constructor(readonly document: Document) {
+    this.running = document.causes.findIndex(({ name }) => name === "running");
+  }
 
   run(series: number): Run {
     return this.document.runs[this.document.series[series].run];

@@ -127,7 +127,7 @@ class Page {
     const second = other.value === "" || !chosen ? null : this.partner(chosen, Number(other.value));
     this.timeline.show(target, second ? [chosen, second] : [chosen], series);
     this.list.mark([chosen, second]);
-    this.graph.show(this.store.run(series), target, chosen, all[series].colour, causes[0]?.colour ?? "");
+    this.graph.show(this.store.run(series), target, chosen, all[series].colour, causes[this.store.running]?.colour ?? "");
   }
 }
 

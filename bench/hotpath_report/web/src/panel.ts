@@ -7,7 +7,6 @@ import { SMALL, type View } from "./view";
 
 export type RowsOf = "involved" | "tasks" | "threads";
 
-const RUNNING = 0; // its place among the causes
 const BAR = 20;
 const HEAD = 20;
 const STEPS = 8; // shares of a pixel that are told apart
@@ -137,7 +136,7 @@ export class Panel {
 
   private drawJobs(ctx: CanvasRenderingContext2D, view: View): void {
     const faint = theme("job");
-    const running = `${this.store.document.causes[RUNNING].colour}99`;
+    const running = `${this.store.document.causes[this.store.running].colour}99`;
     this.rows.forEach((row, k) => {
       const [top, height] = [this.y(k) + 2, this.rowHeight - 5];
       for (const { job, start, end, share } of this.blocks(row, view)) {
@@ -166,7 +165,7 @@ export class Panel {
       this.shown.push({ what, name: `${this.run.tasks[task]} ${sequence}`, left, right: left + width });
     };
     for (const [cause, , , task, sequence] of parts) draw("behind", task, sequence, cause);
-    for (const [task, sequence] of path) draw("path", task, sequence, RUNNING);
+    for (const [task, sequence] of path) draw("path", task, sequence, this.store.running);
   }
 
   /** The causes of the output, in the order of time. */
@@ -181,7 +180,7 @@ export class Panel {
       ctx.fillRect(left, top, right - left, BAR);
       ctx.strokeRect(left, top, right - left, BAR);
       this.shown.push({ what: "part", name: phrase, left, right });
-      ctx.fillStyle = cause === RUNNING ? "#ffffff" : "#111111";
+      ctx.fillStyle = cause === this.store.running ? "#ffffff" : "#111111";
       const fits = [phrase, name].find((text) => ctx.measureText(text).width <= right - left - 6);
       if (fits) ctx.fillText(fits, left + 3, top + BAR / 2 + 1);
     }

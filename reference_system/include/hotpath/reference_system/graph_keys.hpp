@@ -149,6 +149,9 @@ inline constexpr auto kOfGraph = std::make_tuple(std::pair("service_wait_ms", &G
 inline constexpr auto kOfPlatform = std::make_tuple(
     std::pair("cores", &GraphPlatform::cores), std::pair("timer_thread", &GraphPlatform::timer_thread),
     std::pair("execution_times", &GraphPlatform::execution_times));
+/// The quantiles of an execution time: key and percent.
+inline constexpr auto kOfExecutionTime = std::to_array<std::pair<const char*, double>>(
+    {{"min", 0}, {"p50", 50}, {"p95", 95}, {"p99", 99}, {"max", 100}});
 }  // namespace graph_keys
 
 /// The names of the keys of these maps (bits), in the order of the table.
