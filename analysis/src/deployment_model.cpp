@@ -56,7 +56,7 @@ GraphOrder order_on(const DeployedSystem& system, const std::vector<bool>& here)
   for (const auto& [priority, threads] : levels) {
     const DeployedThread& first = system.threads[*threads.begin()];
     GraphOrder within = any_order(set);
-    const Policy policy = first.executor->traits.policy.value_or(Policy::fifo);
+    const Policy policy = first.executor->traits.queue_order();
     if (threads.size() == 1 && traits_of(policy).levels == Levels::fixed) {
       within = priority_ranks({system.graph, *first.executor, first.scheduling, system.platform});
     }

@@ -60,8 +60,7 @@ constexpr std::array kTexts = {
 bool has_releaser(const ExecutorEntry& e) { return e.traits.timers != TimerHandling::polled; }
 
 bool has_fixed_priorities(const ExecutorEntry& executor) {
-  const auto policy = executor.traits.policy;
-  return policy && traits_of(*policy).levels == Levels::fixed;
+  return traits_of(executor.traits.queue_order()).levels == Levels::fixed;
 }
 
 bool equal_timers(const TaskSet& set, Policy policy) {
@@ -75,7 +74,7 @@ bool equal_timers(const TaskSet& set, Policy policy) {
 /// no event has its sample's deadline; if samples with deadlines of several timers queue, they may
 /// be swapped.
 bool mixes_deadlines(const BoundedSystem& system) {
-  if (!by_deadline(traits_of(system.executor.traits.policy.value_or(Policy::fifo)).levels)) return false;
+  if (!by_deadline(traits_of(system.executor.traits.queue_order()).levels)) return false;
   if (system.scheduling.rule == SubscriptionRule::first) return true;
   const GraphTopology topology(system.graph);
   for (TaskId id = 0; id < topology.size(); ++id) {
@@ -88,7 +87,7 @@ std::uint32_t order_of(const BoundedSystem& system) {
   const ExecutorTraits& t = system.executor.traits;
   if (t.family == Family::wait_set && t.runs_first == TaskKind::timer) return bits({A::polling});
   if (t.family == Family::wait_set || t.family == Family::callback_groups) return bits({A::other_order});
-  switch (traits_of(t.policy.value_or(Policy::fifo)).levels) {
+  switch (traits_of(t.queue_order()).levels) {
     case Levels::fixed:
       return bits({A::fixed_priorities});
     case Levels::deadline:
@@ -298,8 +297,7 @@ std::string not_covered(std::uint32_t missing) {
 }
 
 OverheadAwareResponse timer_responses(const BoundedSystem& system, const ResponseTimeAnalysis& analysis) {
-  PeriodicTasks tasks =
-      periodic_tasks(system.graph.set, system.executor.traits.policy.value_or(Policy::fifo));
+  PeriodicTasks tasks = periodic_tasks(system.graph.set, system.executor.traits.queue_order());
   for (PeriodicTask& task : tasks)
     task.wcet = add(task.wcet, system.platform.longest_dispatch_cost().count());
   const ReleaseMode mode = system.executor.traits.timers == TimerHandling::release_and_execute

@@ -194,8 +194,7 @@ std::optional<std::int64_t> GraphBusyWindow::start_to_finish(TaskId root, TaskId
 GraphOrder priority_ranks(const BoundedSystem& system) {
   const TaskSet& set = system.graph.set;
   const SchedulerOptions& options = system.scheduling;
-  const PriorityOrder order(set, system.executor.traits.policy.value_or(Policy::fifo), options.rule,
-                            options.ties);
+  const PriorityOrder order(set, system.executor.traits.queue_order(), options.rule, options.ties);
   using Key = std::tuple<std::int64_t, bool, TaskId>;
   std::vector<Key> keys;
   for (TaskId id = 0; id < set.size(); ++id) {

@@ -164,7 +164,7 @@ void check(const Graph& graph, const GraphTasks& tasks, const BoundedSystem& sys
     throw ExplorationRefused(
         "it does not cover uncertain phases under a timer thread that the end of each timer's job wakes up");
   }
-  if (uncertain_phases && by_deadline(traits_of(traits.policy.value_or(Policy::fifo)).levels))
+  if (uncertain_phases && by_deadline(traits_of(traits.queue_order()).levels))
     throw ExplorationRefused(
         "it does not cover uncertain phases under an order by deadlines, which follow the phases");
   const std::uint32_t present = assumptions_of(system);

@@ -240,8 +240,7 @@ struct Account {
     if (theirs.priority == its.priority) return Rule::tie;
     // It was chosen before, and was still being dispatched.
     if (theirs.priority > its.priority) return Rule::before_release;
-    const Policy policy = w.executor.traits.policy.value_or(Policy::fifo);
-    return by_deadline(traits_of(policy).levels) ? Rule::deadline : Rule::priority;
+    return by_deadline(traits_of(w.executor.traits.queue_order()).levels) ? Rule::deadline : Rule::priority;
   }
 
   /// No job that was recorded kept the waiting job from starting.

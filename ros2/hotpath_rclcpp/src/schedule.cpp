@@ -95,7 +95,7 @@ Duration Schedule::period_of(TaskId task) {
 }
 
 Time Schedule::deadline_of(const Entry& entry, Time inherited, Time now) {
-  if (!by_deadline(traits_of(setup_.executor->traits.policy.value_or(Policy::fifo)).levels)) return inherited;
+  if (!by_deadline(traits_of(setup_.executor->traits.queue_order()).levels)) return inherited;
   if (const auto place = place_of(entry)) return now + *place;
   if (inherited != kNever) return inherited;
   compute_upstream();
@@ -263,7 +263,7 @@ bool Schedule::learn(TaskId from, const std::shared_ptr<Entry>& to) {
 
 void Schedule::set_priority(const std::shared_ptr<void>& entity, std::int64_t priority, bool service,
                             Time now) {
-  const Policy policy = setup_.executor->traits.policy.value_or(Policy::fifo);
+  const Policy policy = setup_.executor->traits.queue_order();
   const std::string error = "set_priority: executor `" + setup_.name + "` ";
   if (traits_of(policy).levels == Levels::arrival) {
     throw std::invalid_argument(error +
@@ -290,7 +290,7 @@ void Schedule::set_priority(const std::shared_ptr<void>& entity, std::int64_t pr
 }
 
 void Schedule::trace_priorities() {
-  const Policy policy = setup_.executor->traits.policy.value_or(Policy::fifo);
+  const Policy policy = setup_.executor->traits.queue_order();
   if (traits_of(policy).levels != Levels::fixed || !trace::priorities_are_recorded()) return;
   const std::vector<std::int64_t> levels = inherited_levels(set_, policy);
   traced_.resize(levels.size());
@@ -302,7 +302,7 @@ void Schedule::trace_priorities() {
 }
 
 std::vector<std::string> Schedule::order() const {
-  const Policy policy = setup_.executor->traits.policy.value_or(Policy::fifo);
+  const Policy policy = setup_.executor->traits.queue_order();
   const std::vector<std::int64_t> levels = inherited_levels(set_, policy);
   std::vector<std::shared_ptr<Entry>> entries = living();
   const auto level = [&](const std::shared_ptr<Entry>& e) { return levels[e->number]; };
@@ -323,7 +323,7 @@ std::vector<std::string> Schedule::order() const {
 }
 
 bool Schedule::runs_last(const Entry& entry) const {
-  const Policy policy = setup_.executor->traits.policy.value_or(Policy::fifo);
+  const Policy policy = setup_.executor->traits.queue_order();
   if (entry.number == kNoTask || traits_of(policy).levels == Levels::arrival) return false;
   if (setup_.scheduler.rule == SubscriptionRule::first) return false;
   if (by_deadline(traits_of(policy).levels)) return most_urgent_timers(set_, policy)[entry.number] == kNoTask;

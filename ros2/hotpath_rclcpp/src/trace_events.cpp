@@ -32,11 +32,10 @@ void tell_sensor(const void* executor, const Job& job) {
 void executor_init(const void* executor, const Setup& setup) {
   tell_sensor(executor, setup);
   const ExecutorTraits& traits = setup.executor->traits;
-  lttng_ust_tracepoint(hotpath, executor_init, executor, setup.name.c_str(),
-                       to_string(traits.policy.value_or(Policy::fifo)), to_string(traits.timers),
-                       to_string(setup.scheduler.rule), to_string(setup.scheduler.ties),
-                       setup.scheduler.release_only_workers, setup.graph.name.c_str(),
-                       setup.priorities_file.c_str(), setup.learn ? 1 : 0);
+  lttng_ust_tracepoint(hotpath, executor_init, executor, setup.name.c_str(), to_string(traits.queue_order()),
+                       to_string(traits.timers), to_string(setup.scheduler.rule),
+                       to_string(setup.scheduler.ties), setup.scheduler.release_only_workers,
+                       setup.graph.name.c_str(), setup.priorities_file.c_str(), setup.learn ? 1 : 0);
 }
 
 void executor_thread(const void* executor, Worker worker, WorkerRole role, const ThreadPolicy& policy) {

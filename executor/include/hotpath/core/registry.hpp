@@ -96,6 +96,8 @@ struct ExecutorTraits {
   ReferenceCosts reference;
   std::string_view colour;  ///< Colour in every figure, `#RRGGBB`; families share a hue.
 
+  /// The order of its jobs. Wait sets have no queue: their jobs count as in order of activation.
+  [[nodiscard]] constexpr Policy queue_order() const { return policy.value_or(Policy::fifo); }
   /// The worker (index into Scheduler::workers()) that runs the timers' jobs.
   [[nodiscard]] constexpr Worker timer_worker() const {
     return timers == TimerHandling::release_and_execute ? 1 : 0;
