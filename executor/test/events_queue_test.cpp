@@ -94,7 +94,7 @@ TEST(PriorityEventsQueue, WithBusyGroupsGivesTheSameJobsAsASearch) {
   StateWords a(Time{}), b(Time{});
   queue.describe(a);
   searched.describe(b);
-  EXPECT_EQ(a.words(), b.words());
+  EXPECT_EQ(a.take_words(), b.take_words());
 }
 
 /// Timers 0 (30 ms), 1 (10 ms), 2 (10 ms); subscriptions 3 (fed by 0), 4 (by 1), 5 (by 0 and 1), 6

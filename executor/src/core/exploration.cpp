@@ -20,9 +20,12 @@ constexpr const char* kTooManyAtOnce = "more than 12 releases, arrivals or ends 
 class Exploration final : public JobSink, public ExploredInstant {
  public:
   Exploration(const TaskSet& set, const ExplorationOptions& options, ExplorationObserver& observer)
-      : set_(set), options_(options), observer_(observer), met_(set, options.publications) {
-    kept_.resize(options.witnesses);
-  }
+      : set_(set),
+        options_(options),
+        observer_(observer),
+        met_(set, options.publications),
+        executor_of_(set.size(), 0),
+        kept_(options.witnesses) {}
 
   ExplorationResult run(const ExploredScheduler& scheduler, const Workload& workload) {
     // Timers with jitter that are ready when the executor begins.
@@ -36,7 +39,10 @@ class Exploration final : public JobSink, public ExploredInstant {
         if ((subset >> i & 1U) != 0) released.push_back(at_once[i]);
       deliveries_.for_each_choice([&] {
         ExploredState first{simulation_of(scheduler.clone(), workload.clone())};
-        begin(first, released);
+        before(first, true);
+        for (const TaskId timer : released) first.happened.released.emplace_back(timer, Time{});
+        first.simulation->begin(released);
+        after(first);
         first.begin_to_release(true);
         enter(std::move(first));
       });
@@ -87,16 +93,8 @@ class Exploration final : public JobSink, public ExploredInstant {
       const bool raised = role == WorkerRole::timer_management && options.platform.raised_releaser;
       executor.threads.emplace_back().priority = raised ? 1 : 0;
     }
-    executor_of_.assign(set_.size(), 0);
     return std::make_unique<ExploredSimulation>(set_, executor, executor_of_, std::move(scheduler),
                                                 std::move(workload), options, this);
-  }
-
-  void begin(ExploredState& state, const std::vector<TaskId>& released) {
-    before(state, true);
-    for (const TaskId timer : released) state.released.emplace_back(timer, Time{});
-    state.simulation->begin(released);
-    after(state);
   }
 
   // What happens at one instant of `state`, at which kNow is set: between before() and after().
@@ -105,9 +103,6 @@ class Exploration final : public JobSink, public ExploredInstant {
     current_ = &state;
     step_ends_ = step_ends || state.simulation->several() || !state.busy();
     unsettled_ = false;
-    state.released.clear();
-    state.begun.clear();
-    state.sent.clear();
     started_.clear();
     before_ = state.executor();
     if (state.simulation->workers().size() > 1) timers_before_ = state.timers();
@@ -152,8 +147,7 @@ class Exploration final : public JobSink, public ExploredInstant {
           zone.limit(coordinate_of(span.from, kConstant), coordinate_of(span.to, kNow), -at_least.count());
       assert(any && "a bound that no schedule reaches");
     }
-    kept_[slot] =
-        ExploredPaths::Edge{std::move(zone), from_, {}, kNow, {}, current_->ended, {}, current_->released};
+    kept_[slot] = ExploredPaths::Edge{std::move(zone), from_, {}, current_->happened};
   }
 
   /// The ends of the step and of the slice are replaced on the way to the next states, which witnesses need.
@@ -162,25 +156,23 @@ class Exploration final : public JobSink, public ExploredInstant {
     from_ = std::move(place);
     if (state.simulation->several()) return;  // each end has a coordinate of its own
     for (const std::size_t end : {kEnd, kSlice, kTimers}) {
-      const std::size_t copy = state.zone.grow();
-      state.zone.assign(copy, end, 0, 0);
-      std::replace(from_.coordinates.begin(), from_.coordinates.end(), std::size_t{end}, copy);
+      std::ranges::replace(from_.coordinates, end, state.zone.add(end));
       state.instants.push_back({{kNoTask, end}});
     }
   }
 
   /// Several threads run jobs: gives each that began a coordinate for its end.
   void after_several(ExploredState& state) {
-    state.from = Time{} + Duration(state.zone.lowest(kNow));
+    state.from = from_ns(state.zone.lowest(kNow));
     for (const auto& [worker, job] : started_) {
       const SimulatedWorkers::State& thread = state.simulation->workers()[worker];
       if (thread.step != ExploredState::Step::run || !(thread.record.job.ref() == job))
         continue;  // it took no time
       const Task& task = set_[job.task];
       const std::int64_t longest = (thread.until - state.simulation->now()).count();
-      const std::size_t end = state.track({job, JobInstant::Kind::end});
-      state.zone.assign(end, kNow, longest - (task.wcet - task.bcet).count(), longest);
-      state.begun.push_back({job.task, end, state.name_of_job(worker)});
+      const std::size_t end =
+          state.track({job, JobInstant::Kind::end}, longest - (task.wcet - task.bcet).count(), longest);
+      state.happened.begun.push_back({job.task, end, state.name_of_job(worker)});
     }
   }
 
@@ -192,11 +184,11 @@ class Exploration final : public JobSink, public ExploredInstant {
     if (state.executor().step != before_.step) step_ends_ = true;
     Zone& zone = state.zone;
     const SimulatedWorkers::State& executor = state.executor();
-    const std::int64_t now = (state.simulation->now() - Time{}).count();
-    const std::int64_t end = (executor.until - Time{}).count();
-    state.from = Time{} + Duration(zone.lowest(kNow));
+    const std::int64_t now = to_ns(state.simulation->now());
+    const std::int64_t end = to_ns(executor.until);
+    state.from = from_ns(zone.lowest(kNow));
     if (step_ends_ && executor.step == ExploredState::Step::run)
-      state.begun = {{executor.record.job.task, kEnd}};
+      state.happened.begun = {{executor.record.job.task, kEnd}};
     if (state.busy()) {
       if (step_ends_) {
         const Task& task = set_[executor.record.job.task];
@@ -205,14 +197,13 @@ class Exploration final : public JobSink, public ExploredInstant {
             executor.step == ExploredState::Step::run ? (task.wcet - task.bcet).count() : 0;
         zone.assign(kEnd, kNow, end - now - spread, end - now);
       } else if (end != state.end_there) {
-        zone.assign(kEnd, kEnd, end - state.end_there,
-                    end - state.end_there);  // it was displaced for so long
+        zone.assign(kEnd, kEnd, end - state.end_there);  // it was displaced for so long
       }
       state.end_there = end;
     }
     if (state.simulation->shares_core() && executor.on_core && executor.slice_end != before_.slice_end) {
-      const std::int64_t slice = (executor.slice_end - Time{}).count() - now;
-      zone.assign(kSlice, kNow, slice, slice);
+      const std::int64_t slice = to_ns(executor.slice_end) - now;
+      zone.assign(kSlice, kNow, slice);
     }
     note_threads(state);
   }
@@ -228,7 +219,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     } else if (before.step != thread.step || before.until != thread.until) {
       uncertain = !state.zone.fixed(kNow);
       const std::int64_t latency = (thread.until - state.simulation->now()).count();
-      if (uncertain) state.zone.assign(end, kNow, latency, latency);
+      if (uncertain) state.zone.assign(end, kNow, latency);
     }
   }
 
@@ -246,8 +237,8 @@ class Exploration final : public JobSink, public ExploredInstant {
                           timers_before_.until <= state.simulation->now();
     if (released && was_displaced && state.busy()) {
       executor.until += timers_before_.remaining;
-      state.end_there = (executor.until - Time{}).count();
-      state.zone.assign(kEnd, kEnd, timers_before_.remaining.count(), timers_before_.remaining.count());
+      state.end_there = to_ns(executor.until);
+      state.zone.assign(kEnd, kEnd, timers_before_.remaining.count());
     }
     if (timers.step == ExploredState::Step::asleep) {
       note_sleep(state, timers, timers_before_, kTimers, state.releases);
@@ -265,7 +256,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     if (timers_before_.step == timers.step && timers_before_.until == timers.until) return;
     state.releases = !state.zone.fixed(kNow);
     const std::int64_t cost = (timers.until - state.simulation->now()).count();
-    if (state.releases) state.zone.assign(kTimers, kNow, cost, cost);
+    if (state.releases) state.zone.assign(kTimers, kNow, cost);
   }
 
   void expand(ExploredState state) {
@@ -281,8 +272,8 @@ class Exploration final : public JobSink, public ExploredInstant {
         continue;
       }
       if (first.empty()) {
-        state.zone.assign(kNow, kConstant, (others - Time{}).count(), (others - Time{}).count());
-        state.ended.clear();
+        state.zone.assign(kNow, kConstant, to_ns(others));
+        state.happened = {};
         return happen(std::move(state), Branch{}, others);
       }
       const Time change = state.simulation->scheduler().next_change(state.from);
@@ -290,7 +281,7 @@ class Exploration final : public JobSink, public ExploredInstant {
       if (next_release == change && others == change) others = kNever;
       const std::vector<Branch> branches = state.branches(others, change);
       // What is left happens at or after the timestamp, from which on decisions are other ones.
-      const std::int64_t from = (change - Time{}).count();
+      const std::int64_t from = to_ns(change);
       const bool goes_on = others > change && std::ranges::all_of(first, [&](const auto& instant) {
                              return state.zone.limit(kConstant, instant.coordinate, -from);
                            });
@@ -308,9 +299,9 @@ class Exploration final : public JobSink, public ExploredInstant {
   void follow(const Branch& branch, ExploredState next) {
     const std::vector<std::int64_t> point = branch.zone.point(kNow);
     next.zone = branch.zone;
-    next.ended.clear();
+    next.happened = {};
     next.move_to(branch, point);
-    happen(std::move(next), branch, Time{} + Duration(point[kNow]));
+    happen(std::move(next), branch, from_ns(point[kNow]));
   }
 
   void happen(ExploredState state, const Branch& branch, Time instant) {
@@ -326,7 +317,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     before(state, branch.step_ends);
     for (const TaskId timer : branch.releases) {
       for (const Timer& held : state.simulation->scheduler().timers()) {
-        if (held.task() == timer) state.released.emplace_back(timer, held.next_call());
+        if (held.task() == timer) state.happened.released.emplace_back(timer, held.next_call());
       }
       state.simulation->release(timer, instant);
     }
@@ -339,7 +330,7 @@ class Exploration final : public JobSink, public ExploredInstant {
       Zone over = state.zone;
       if (over.limit(kSlice, kNow, -1)) {
         ExploredState other = state;
-        over.assign(kSlice, kNow, 0, 0);
+        over.assign(kSlice, kNow, 0);
         other.zone = std::move(over);
         go_on(std::move(other), goes_on);
       }
@@ -356,7 +347,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   void enter(ExploredState state) {
     met_.enter(std::move(state), [this](const ExploredState& s, ExploredPaths::End place) {
       if (kept_.empty()) return;
-      paths_.add({s.zone, from_, std::move(place), kNow, s.begun, s.ended, s.sent, s.released});
+      paths_.add({s.zone, from_, std::move(place), s.happened});
     });
   }
 
@@ -365,7 +356,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   ExplorationObserver& observer_;
   MetStates met_;
   ExploredDeliveries deliveries_;
-  std::vector<std::uint32_t> executor_of_;
+  const std::vector<std::uint32_t> executor_of_;  // the only one
   std::size_t expanded_ = 0, successors_ = 0;
 
   // For witnesses:

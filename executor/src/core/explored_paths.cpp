@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "explored_paths.hpp"
-
 #include <algorithm>
 #include <cassert>
 #include <map>
 #include <stdexcept>
 
+#include "explored_state.hpp"
+
 namespace hotpath {
 
 Witness ExploredPaths::witness(const Edge& last) const {
-  std::vector<Step> steps = {{&last, last.zone.point(last.instant)}};
+  std::vector<Step> steps = {{&last, last.zone.point(kNow)}};
   while (steps.back().edge->from.state != kNowhere) {
     const Step after = steps.back();
     steps.push_back(edge_to(after.edge->from, after.point));
@@ -25,17 +25,17 @@ Witness ExploredPaths::witness(const Edge& last) const {
   std::map<std::uint32_t, Begun> running;  // by name
   std::uint32_t round = 0;                 // of those at one instant
   for (const auto& [edge, point, origin] : steps) {
-    const Time instant = Time{} + Duration(point[edge->instant] + origin);
+    const auto& [begun, ended, sent, released] = edge->happened;
+    const Time instant = from_ns(point[kNow] + origin);
     round = instant == witness.instant ? round + 1 : 0;
     witness.instant = instant;
-    for (const auto& [timer, timestamp] : edge->released) {
-      witness.delays.emplace_back(timer, Time{} + Duration(point[edge->instant]) - timestamp);
-    }
-    for (const auto& [subscription, arrival] : edge->sent) {
-      const std::int64_t delay = arrival == 0 ? 0 : point[arrival] - point[edge->instant];
+    for (const auto& [timer, timestamp] : released)
+      witness.delays.emplace_back(timer, from_ns(point[kNow]) - timestamp);
+    for (const auto& [subscription, arrival] : sent) {
+      const std::int64_t delay = arrival == 0 ? 0 : point[arrival] - point[kNow];
       witness.deliveries.emplace_back(subscription, Duration(delay));
     }
-    for (const std::uint32_t name : edge->ended) {
+    for (const std::uint32_t name : ended) {
       const auto& [job, started, its_round] = running[name];
       if (started == instant) {
         witness.jobs[job].end_round = round - its_round;
@@ -43,9 +43,9 @@ Witness ExploredPaths::witness(const Edge& last) const {
         witness.jobs[job].end_round = round + 1;
       }
     }
-    for (const BegunJob& job : edge->starts) {
+    for (const BegunJob& job : begun) {
       running[job.name] = {witness.jobs.size(), instant, round};
-      witness.jobs.push_back({job.task, Duration(point[job.end] - point[edge->instant])});
+      witness.jobs.push_back({job.task, Duration(point[job.end] - point[kNow])});
     }
   }
   return witness;
@@ -59,7 +59,7 @@ ExploredPaths::Step ExploredPaths::edge_to(const End& end, const std::vector<std
       const std::int64_t there = point[end.coordinates[i]] - end.origin + edge.to.origin;
       leads_here = edge.to.coordinates[i] == 0 || zone.equate(edge.to.coordinates[i], 0, there);
     }
-    if (leads_here) return {&edge, zone.point(edge.instant), 0};
+    if (leads_here) return {&edge, zone.point(kNow), 0};
   }
   assert(false && "no edge leads to a point of a state");
   throw ExplorationRefused("no schedule leads to a state");

@@ -26,6 +26,14 @@ struct SentSample {
   std::size_t arrival;
 };
 
+/// What happened at one instant of an exploration.
+struct Happened {
+  std::vector<BegunJob> begun{};                    ///< Jobs that take time, in this order.
+  std::vector<std::uint32_t> ended{};               ///< Of several threads: names of jobs.
+  std::vector<SentSample> sent{};                   ///< Published samples, in this order.
+  std::vector<std::pair<TaskId, Time>> released{};  ///< Timers, with their timestamps.
+};
+
 /// How an exploration came to its states, to find a schedule that leads to one of them.
 class ExploredPaths {
  public:
@@ -42,12 +50,7 @@ class ExploredPaths {
   struct Edge {
     Zone zone;  ///< Of all schedules that go this way, with the coordinates of both states.
     End from, to;
-    std::size_t instant = 0;  ///< Coordinate: when the next state begins.
-    /// The jobs that start there and take time, in this order.
-    std::vector<BegunJob> starts;
-    std::vector<std::uint32_t> ended;               ///< Of several threads: names of jobs that end there.
-    std::vector<SentSample> sent{};                 ///< The samples that are published there, in this order.
-    std::vector<std::pair<TaskId, Time>> released;  ///< Timers released there, with their timestamps.
+    Happened happened;  ///< At kNow, when the next state begins.
   };
 
   void add(Edge edge) {

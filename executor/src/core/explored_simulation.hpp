@@ -37,6 +37,9 @@ class ExploredSimulation : public Simulation {
   [[nodiscard]] const Workload& workload() const { return *own_workload_; }
   [[nodiscard]] SimulatedWorkers& workers() { return workers_; }
   [[nodiscard]] Time now() const { return now_; }
+  [[nodiscard]] static bool waits(const SimulatedWorkers::State& worker) {
+    return worker.step == Step::asleep || worker.step == Step::blocked;
+  }
   /// Whether its two threads have one core in turns.
   [[nodiscard]] bool shares_core() const {
     return workers_.size() > 1 && platform_.cores == 1 && !platform_.raised_releaser;
@@ -45,7 +48,6 @@ class ExploredSimulation : public Simulation {
   [[nodiscard]] bool several() const {
     return workers_.size() > 1 && scheduler_->workers()[1] == WorkerRole::executor;
   }
-  [[nodiscard]] Duration delivery_delay() const { return platform_.delivery_delay; }
 
   /// Everything until the first instant at which something ends or falls due. `released`: held timers
   /// (Timer::is_held()) that are ready then.
@@ -111,10 +113,6 @@ class ExploredSimulation : public Simulation {
       describe_next(workers_[w], words);
     }
     words.add(workers_.next_to_wake());
-  }
-
-  static bool waits(const SimulatedWorkers::State& worker) {
-    return worker.step == Step::asleep || worker.step == Step::blocked;
   }
 
   void describe_thread(Worker w, bool wakes, bool releases, StateWords& words) const {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <utility>
 
 namespace hotpath {
@@ -45,6 +46,22 @@ void choose(const ExploredState& state, const Instants& ends, std::size_t next, 
   choose(state, ends, next + 1, std::move(branch), branches);
 }
 
+/// Throws ExplorationRefused for several threads that run jobs unless each has a core and only jobs take
+/// time.
+void check_threads(const TaskSet& set, const Platform& p, std::span<const WorkerRole> roles) {
+  const auto threads = static_cast<std::size_t>(std::ranges::count(roles, WorkerRole::executor));
+  const std::string several = "for an executor with several threads it ";
+  const std::size_t cores = roles.size() > threads && !p.raised_releaser ? threads + 1 : threads;
+  if (p.cores < cores)
+    throw ExplorationRefused(several + "needs " + std::to_string(cores) + " cores, one each (--cores)");
+  if (std::ranges::any_of(kAllCosts, [&](auto cost) { return p.*cost > Duration{}; }))
+    throw ExplorationRefused(several + "covers no costs, wake-up latencies or delivery delays");
+  for (const Task& task : set.tasks) {
+    if (task.release_jitter > Duration{})
+      throw ExplorationRefused(several + "does not cover the release jitter of " + task.name);
+  }
+}
+
 }  // namespace
 
 Time ExploredState::next_of_others() const {
@@ -61,8 +78,7 @@ Time ExploredState::next_of_others() const {
 }
 
 bool ExploredState::slice_matters() const {
-  return simulation->shares_core() && !timers().on_core && timers().step != Step::asleep &&
-         timers().step != Step::blocked;
+  return simulation->shares_core() && !timers().on_core && !ExploredSimulation::waits(timers());
 }
 
 std::vector<UncertainInstant> ExploredState::uncertain() const {
@@ -92,10 +108,9 @@ Time ExploredState::begin_to_release(bool begun_without) {
       next = std::min(next, timer.next_call());
       continue;
     }
-    const std::int64_t earliest = (timer.next_call() - Time{}).count();
+    const std::int64_t earliest = to_ns(timer.next_call());
     instants.push_back(release);
-    zone.assign(zone.grow(), kConstant, earliest + (begun_without ? 1 : 0),
-                earliest + timer.release_jitter().count());
+    zone.add(kConstant, earliest + (begun_without ? 1 : 0), earliest + timer.release_jitter().count());
   }
   return next;
 }
@@ -103,7 +118,7 @@ Time ExploredState::begin_to_release(bool begun_without) {
 void ExploredState::move_to(const Branch& branch, const std::vector<std::int64_t>& point) {
   SimulatedWorkers& workers = simulation->workers();
   SimulatedWorkers::State& executor = this->executor();
-  const auto instant = [&](std::size_t coordinate) { return Time{} + Duration(point[coordinate]); };
+  const auto instant = [&](std::size_t coordinate) { return from_ns(point[coordinate]); };
   const auto happens_now = [&](std::size_t coordinate) {
     return std::ranges::find(branch.now, coordinate) != branch.now.end();
   };
@@ -112,7 +127,7 @@ void ExploredState::move_to(const Branch& branch, const std::vector<std::int64_t
       workers[w].until = workers[w].step_end = instant(end_of_job(w));
       const bool ends = happens_now(end_of_job(w));
       workers[w].rounds = ends ? 0 : 2;  // not in this one
-      if (ends) ended.push_back(name_of_job(w));
+      if (ends) happened.ended.push_back(name_of_job(w));
     }
     return;
   }
@@ -146,20 +161,43 @@ std::vector<Branch> ExploredState::branches(Time others, Time change) const {
   const Time limit = std::min(others, change);
   const auto at = [&](std::size_t coordinate, std::int64_t later) {
     Branch branch{zone};
-    branch.zone.assign(kNow, coordinate, later, later);
+    branch.zone.assign(kNow, coordinate, later);
     return branch;
   };
-  if (others <= change && others != kNever)
-    choose(*this, candidates, 0, at(kConstant, (others - Time{}).count()), all);
+  if (others <= change && others != kNever) choose(*this, candidates, 0, at(kConstant, to_ns(others)), all);
   for (std::size_t first = 0; first < candidates.size(); ++first) {
     Branch branch = at(candidates[first].coordinate, 0);
-    bool is_first = limit == kNever || branch.zone.limit(kNow, kConstant, (limit - Time{}).count() - 1);
+    bool is_first = limit == kNever || branch.zone.limit(kNow, kConstant, to_ns(limit) - 1);
     for (std::size_t i = 0; i < first && is_first; ++i) {
       is_first = branch.zone.limit(kNow, candidates[i].coordinate, -after(*this));
     }
     if (is_first) choose(*this, candidates, first, std::move(branch), all);
   }
   return all;
+}
+
+const ExploredScheduler& explorable(const TaskSet& set, const ExplorationOptions& options,
+                                    const Scheduler& scheduler, const Workload& workload) {
+  const auto* explored = dynamic_cast<const ExploredScheduler*>(&scheduler);
+  if (!explored || !explored->clone() || !workload.clone()) {
+    throw ExplorationRefused("an executor whose timer thread runs jobs is not explored");
+  }
+  const auto threads = std::ranges::count(scheduler.workers(), WorkerRole::executor);
+  if (threads > 1) check_threads(set, options.platform, scheduler.workers());
+  const Platform& p = options.platform;
+  const bool own_timers = scheduler.workers().size() > 1;
+  if (own_timers && p.cores == 1 && p.wall_clock_work && p.release_cost + p.pass_cost > Duration{}) {
+    throw ExplorationRefused("release costs that displace jobs with `work: wall` are not explored");
+  }
+  double load = 0;
+  for (const Task& task : set.tasks) {
+    if (task.always_due) throw ExplorationRefused("timer " + task.name + " has a period of 0");
+    if (task.kind == TaskKind::timer) load += to_ms(task.wcet) / to_ms(task.period);
+  }
+  if (load > static_cast<double>(threads))
+    throw ExplorationRefused(threads > 1 ? "the timers alone overload its threads"
+                                         : "the timers alone overload the thread");
+  return *explored;
 }
 
 }  // namespace hotpath

@@ -56,12 +56,7 @@ struct ExploredState {
   // Whether the ends of the executor thread's sleep, and of the timer thread's sleep or release, are
   // uncertain.
   bool wakes = false, releases = false;
-  // What happened at the last instant: releases, by timer and timestamp; jobs that began; names of those of
-  // several threads that ended; samples that were published.
-  std::vector<std::pair<TaskId, Time>> released{};
-  std::vector<BegunJob> begun{};
-  std::vector<std::uint32_t> ended{};
-  std::vector<SentSample> sent{};
+  Happened happened{};  ///< At the last instant.
 
   [[nodiscard]] SimulatedWorkers::State& executor() const { return simulation->workers()[kExecutor]; }
   /// The timer thread, if there is one.
@@ -89,12 +84,10 @@ struct ExploredState {
                                    : kInstants + static_cast<std::size_t>(place - instants.begin());
   }
 
-  /// A new instant, now; returns its coordinate.
-  std::size_t track(const JobInstant& instant) {
+  /// A new instant, in [low, high] from now on; returns its coordinate.
+  std::size_t track(const JobInstant& instant, std::int64_t low = 0, std::int64_t high = 0) {
     instants.push_back(instant);
-    const std::size_t coordinate = zone.grow();
-    zone.assign(coordinate, kNow, 0, 0);
-    return coordinate;
+    return zone.add(kNow, low, high);
   }
 
   /// The next instant that does not depend on execution times.
@@ -146,11 +139,11 @@ class ExploredDeliveries final : public Deliveries {
     if (sent_.empty()) return;
     const std::deque<ExploredSimulation::Sample>& on_the_way = state.simulation->on_the_way();
     for (const auto& [subscription, number] : sent_) {
-      state.sent.push_back({subscription, 0});
+      state.happened.sent.push_back({subscription, 0});
       for (const ExploredSimulation::Sample& sample : on_the_way) {
         if (sample.subscription != subscription || sample.number != number) continue;
-        const std::size_t arrival = state.sent.back().arrival = state.track(arrival_of(sample));
-        state.zone.assign(arrival, kNow, 1, longest.count());
+        const std::size_t arrival = state.track(arrival_of(sample), 1, longest.count());
+        state.happened.sent.back().arrival = arrival;
         for (const ExploredSimulation::Sample& earlier : on_the_way) {
           if (!earlier.goes_before(sample)) continue;
           [[maybe_unused]] const bool any =

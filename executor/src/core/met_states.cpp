@@ -2,7 +2,6 @@
 #include "met_states.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 
 namespace hotpath {
@@ -23,22 +22,17 @@ std::int64_t hyperperiod(const TaskSet& set) {
   return all;
 }
 
+/// `coordinates` has kConstant already.
 void add_coordinate(const ExploredState& state, const JobInstant& instant,
                     std::vector<std::size_t>& coordinates) {
   const std::size_t coordinate = state.coordinate_of(instant);
-  if (coordinate == kConstant) return;
-  if (std::find(coordinates.begin(), coordinates.end(), coordinate) == coordinates.end()) {
-    coordinates.push_back(coordinate);
-  }
+  if (std::ranges::find(coordinates, coordinate) == coordinates.end()) coordinates.push_back(coordinate);
 }
 
 }  // namespace
 
 void describe_publication(JobRef job, StateWords& words) {
-  const JobInstant publication{job, JobInstant::Kind::publication};
-  words.add_data(publication, kNever);
-  const std::vector<JobInstant>& all = words.data();
-  words.add(std::find(all.begin(), all.end(), publication) - all.begin());
+  words.add(words.add_data({job, JobInstant::Kind::publication}, kNever));
 }
 
 MetStates::MetStates(const TaskSet& set, bool publications)
@@ -56,7 +50,7 @@ std::optional<MetStates::Next> MetStates::next() {
 
 std::vector<std::int64_t> MetStates::describe(const ExploredState& state, std::int64_t origin,
                                               std::vector<std::size_t>& coordinates) const {
-  StateWords words(Time{} + Duration(origin));
+  StateWords words(from_ns(origin));
   state.simulation->describe(words, state.wakes, state.releases);
   for (const UncertainInstant& instant : state.uncertain()) {
     if (instant.coordinate >= kInstants && !state.simulation->several())
@@ -88,8 +82,7 @@ void MetStates::enter(ExploredState state,
                       const std::function<void(const ExploredState&, ExploredPaths::End)>& way) {
   constexpr Time kBeforeAll{Duration(-1)};
   const Time first_call = state.simulation->scheduler().next_change(kBeforeAll);
-  const std::int64_t origin =
-      first_call == kNever ? 0 : (first_call - Time{}).count() / hyperperiod_ * hyperperiod_;
+  const std::int64_t origin = first_call == kNever ? 0 : to_ns(first_call) / hyperperiod_ * hyperperiod_;
   std::vector<std::size_t> coordinates = {kConstant};
   std::vector<std::size_t>& same = known_[describe(state, origin, coordinates)];
   Zone zone = state.zone.select(coordinates);
@@ -140,12 +133,9 @@ void MetStates::take_over_zone(Met& met) {
 std::int64_t MetStates::earliest(const Met& met) {
   const ExploredState& state = *met.state;
   const std::vector<UncertainInstant> instants = state.uncertain();
-  std::int64_t next =
-      instants.empty() ? (state.next_of_others() - Time{}).count() : std::numeric_limits<std::int64_t>::max();
-  for (const UncertainInstant& instant : instants) {
-    next = std::min(next, state.zone.lowest(instant.coordinate));
-  }
-  return next;
+  if (instants.empty()) return to_ns(state.next_of_others());
+  const auto lowest = [&](const UncertainInstant& instant) { return state.zone.lowest(instant.coordinate); };
+  return lowest(std::ranges::min(instants, {}, lowest));
 }
 
 }  // namespace hotpath

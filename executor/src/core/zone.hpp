@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -47,16 +48,12 @@ class Zone {
   void assign(std::size_t a, std::size_t b, std::int64_t low, std::int64_t high) {
     for (std::size_t i = 0; i < size_; ++i) {
       if (i == a) continue;
-      const std::int64_t above = most(b, i) + high, below = most(i, b) - low;
-      if (a == b) {
-        at(a, i) += high;
-        at(i, a) -= low;
-      } else {
-        at(a, i) = above;
-        at(i, a) = below;
-      }
+      at(a, i) = most(b, i) + high;
+      at(i, a) = most(i, b) - low;
     }
   }
+  /// x_a becomes x_b + offset.
+  void assign(std::size_t a, std::size_t b, std::int64_t offset) { assign(a, b, offset, offset); }
   /// All coordinates but the constant grow by this.
   void shift(std::int64_t by) {
     for (std::size_t i = 1; i < size_; ++i) {
@@ -64,12 +61,12 @@ class Zone {
       at(0, i) -= by;
     }
   }
-  /// One more coordinate, which is 0; returns its number.
-  std::size_t grow() {
-    std::vector<std::size_t> all(size_);
-    for (std::size_t i = 0; i < size_; ++i) all[i] = i;
-    all.push_back(0);
+  /// One more coordinate, any of x_b + [low, high]; returns its number.
+  std::size_t add(std::size_t b, std::int64_t low = 0, std::int64_t high = 0) {
+    std::vector<std::size_t> all(size_ + 1, 0);
+    std::iota(all.begin(), all.end() - 1, std::size_t{0});
     *this = select(all);
+    assign(size_ - 1, b, low, high);
     return size_ - 1;
   }
   /// The coordinates with these numbers alone, in this order; the first is the constant.

@@ -34,13 +34,15 @@ class StateWords {
   void add(Time instant) { words_.push_back(instant == kNever ? -1 : (instant - origin_).count()); }
 
   /// The state depends on this instant: of a start, it holds data of the job, which has that timestamp.
-  void add_data(JobInstant instant, Time timestamp) {
+  /// Returns its place in data().
+  std::int64_t add_data(JobInstant instant, Time timestamp) {
     add(std::int64_t{instant.job.task} << 3 | static_cast<std::int64_t>(instant.kind));
     add(timestamp);
-    if (std::find(data_.begin(), data_.end(), instant) == data_.end()) data_.push_back(instant);
+    const std::int64_t place = std::ranges::find(data_, instant) - data_.begin();
+    if (place == std::ssize(data_)) data_.push_back(instant);
+    return place;
   }
 
-  [[nodiscard]] const std::vector<std::int64_t>& words() const { return words_; }
   /// The instants given to add_data(), in that order, each once.
   [[nodiscard]] const std::vector<JobInstant>& data() const { return data_; }
   [[nodiscard]] std::vector<std::int64_t> take_words() { return std::move(words_); }
