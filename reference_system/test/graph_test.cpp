@@ -175,7 +175,7 @@ TEST(TimersOnlyGraphs, AreThePapersTaskSetsAsWrittenInTheLibrary) {
   const auto fields = [](const Task& t) {
     return std::tuple(t.name, t.kind, t.period, t.deadline, t.wcet, t.bcet, t.group);
   };
-  for (const int utilisation : kPaperUtilisations) {
+  for (const int utilisation : {60, 80, 90}) {
     const TaskSet in_file = make_tasks(graph_named("timers_only_" + std::to_string(utilisation))).set;
     const TaskSet in_library = paper_timers(utilisation);
     EXPECT_TRUE(std::ranges::equal(in_file.tasks, in_library.tasks, {}, fields, fields)) << utilisation;
