@@ -221,8 +221,7 @@ std::uint32_t worker_count(const ExecutorEntry& entry, const SchedulerOptions& o
 }
 
 const ExecutorEntry* find_executor(std::string_view name) {
-  const auto entry = std::find_if(kExecutors.begin(), kExecutors.end(),
-                                  [&](const ExecutorEntry& e) { return e.name == name; });
+  const auto entry = std::ranges::find(kExecutors, name, &ExecutorEntry::name);
   return entry == kExecutors.end() ? nullptr : &*entry;
 }
 

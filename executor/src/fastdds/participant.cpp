@@ -45,6 +45,16 @@ std::string run_mark(const FastDdsOptions& options) {
   return "hotpath:" + options.partition + ":" + options.topic_prefix;
 }
 
+template <class Qos>
+Qos reliable(std::uint32_t depth) {
+  Qos qos;
+  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = static_cast<std::int32_t>(depth);
+  qos.data_sharing().off();
+  return qos;
+}
+
 }  // namespace
 
 dds::DomainParticipantQos participant_qos(const FastDdsOptions& options) {
@@ -131,26 +141,16 @@ class FastDdsParticipant::Partners final : public dds::DomainParticipantListener
   std::map<const dds::DomainEntity*, std::int32_t> count_;
 };
 
-namespace {
-
-/// Creates a participant that the other participants of its run recognise.
-dds::DomainParticipant* create_run_participant(const FastDdsOptions& options,
-                                               dds::DomainParticipantListener& partners) {
-  dds::DomainParticipantQos qos = participant_qos(options);
-  const std::string mark = run_mark(options);
-  qos.user_data().data_vec({mark.begin(), mark.end()});
-  return create_participant(options.domain, qos, &partners,
-                            dds::StatusMask::publication_matched()
-                                << dds::StatusMask::subscription_matched());
-}
-
-}  // namespace
-
 FastDdsParticipant::FastDdsParticipant(const FastDdsOptions& options)
     : domain_(options.domain),
       topic_prefix_(options.topic_prefix),
-      partners_(std::make_unique<Partners>(options)),
-      participant_(create_run_participant(options, *partners_)) {
+      partners_(std::make_unique<Partners>(options)) {
+  dds::DomainParticipantQos qos = participant_qos(options);
+  const std::string mark = run_mark(options);
+  qos.user_data().data_vec({mark.begin(), mark.end()});
+  participant_ =
+      create_participant(options.domain, qos, partners_.get(),
+                         dds::StatusMask::publication_matched() << dds::StatusMask::subscription_matched());
   partners_->add_participant(participant_->guid().guidPrefix);
   dds::PublisherQos publisher_qos;
   dds::SubscriberQos subscriber_qos;
@@ -184,20 +184,6 @@ dds::Topic* FastDdsParticipant::topic(const std::string& name) {
   if (created == nullptr) throw TransportError("Fast DDS could not create the topic " + name);
   return created;
 }
-
-namespace {
-
-template <class Qos>
-Qos reliable(std::uint32_t depth) {
-  Qos qos;
-  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
-  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
-  qos.history().depth = static_cast<std::int32_t>(depth);
-  qos.data_sharing().off();
-  return qos;
-}
-
-}  // namespace
 
 dds::DataWriter* FastDdsParticipant::add_writer(const std::string& topic_name, std::uint32_t depth,
                                                 std::uint32_t readers) {
