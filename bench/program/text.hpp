@@ -10,20 +10,17 @@
 #include <string_view>
 #include <utility>
 
+#include "hotpath/core/enum_text.hpp"
+
 namespace hotpath::program {
+
+using hotpath::concat, hotpath::joined;
 
 /// printf's `format` as a string.
 std::string text(const char* format, auto... values) {
   std::string result(static_cast<std::size_t>(std::snprintf(nullptr, 0, format, values...)), '\0');
   std::snprintf(result.data(), result.size() + 1, format, values...);
   return result;
-}
-
-/// The parts, formatted by a stream and concatenated.
-std::string concat(const auto&... parts) {
-  std::ostringstream out;
-  (out << ... << parts);
-  return out.str();
 }
 
 /// Text as one field of a CSV file.
@@ -49,16 +46,6 @@ inline std::string shell_word(const std::string& word) {
 /// `value` with so many decimals; `-` if it is not finite.
 inline std::string fixed(double value, int decimals) {
   return std::isfinite(value) ? text("%.*f", decimals, value) : "-";
-}
-
-/// Strings or numbers with a separator between them.
-std::string joined(const auto& items, const char* separator = ", ") {
-  std::ostringstream all;
-  for (const char* before = ""; const auto& item : items) {
-    all << before << item;
-    before = separator;
-  }
-  return all.str();
 }
 
 /// A sentence in lines of at most so many columns, each with its end.

@@ -6,16 +6,6 @@
 
 namespace hotpath {
 
-namespace {
-
-std::string sentence(const auto&... parts) {
-  std::ostringstream out;
-  (out << ... << parts);
-  return out.str();
-}
-
-}  // namespace
-
 /// Instants are relative to the epoch, in ns.
 std::string ScheduleCheck::problem(const JobRecord& r, const auto&... parts) const {
   const auto since_epoch = [this](Time t) { return (t - epoch_).count(); };
@@ -25,7 +15,7 @@ std::string ScheduleCheck::problem(const JobRecord& r, const auto&... parts) con
   out << ", timestamp " << since_epoch(r.job.timestamp);
   if (r.started()) out << ", release " << since_epoch(r.job.release) << ", start " << since_epoch(r.start);
   if (r.outcome == Outcome::ran) out << ", finish " << since_epoch(r.finish);
-  return sentence(out.str(), ")", parts...);
+  return concat(out.str(), ")", parts...);
 }
 
 ScheduleCheck::ScheduleCheck(const TaskSet& set, Time epoch, Time end, bool live)
@@ -99,9 +89,9 @@ std::string ScheduleCheck::lost(const std::vector<std::uint64_t>& expected) cons
     if (state.accounted == expected[id] && state.later.empty()) continue;
     const char* const unit = set_[id].kind == TaskKind::timer ? " timestamps" : " samples";
     if (state.accounted < expected[id]) {
-      return sentence(set_[id].name, " #", state.accounted, " is lost, of ", expected[id], unit, " in total");
+      return concat(set_[id].name, " #", state.accounted, " is lost, of ", expected[id], unit, " in total");
     }
-    return sentence(set_[id].name, " has rows for more than its ", expected[id], unit);
+    return concat(set_[id].name, " has rows for more than its ", expected[id], unit);
   }
   return {};
 }

@@ -212,12 +212,11 @@ bool FastDdsParticipant::is_of_run(const dds::InstanceHandle_t& writer) const {
 }
 
 void FastDdsParticipant::wait_until_matched(Time deadline) const {
-  const auto unmatched = [this](const std::vector<Expected>& endpoints, const std::string& kind) {
+  const auto unmatched = [this](const std::vector<Expected>& endpoints, const char* kind) {
     for (const Expected& e : endpoints) {
       const std::int32_t matched = partners_->of(e.endpoint);
       if (matched < e.partners)
-        return kind + " of topic " + e.topic + " matched " + std::to_string(matched) + " of " +
-               std::to_string(e.partners);
+        return concat(kind, " of topic ", e.topic, " matched ", matched, " of ", e.partners);
     }
     return std::string();
   };
@@ -226,8 +225,8 @@ void FastDdsParticipant::wait_until_matched(Time deadline) const {
     if (missing.empty()) missing = unmatched(readers_, "reader");
     if (missing.empty()) return;
     if (now() >= deadline)
-      throw TransportError("discovery did not finish in time: the " + missing + " partners in DDS domain " +
-                           std::to_string(domain_));
+      throw TransportError(
+          concat("discovery did not finish in time: the ", missing, " partners in DDS domain ", domain_));
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
 }

@@ -63,12 +63,6 @@ bool set_policy(int thread, const ThreadPolicy& policy) {
                                      "`other`"));
 }
 
-std::string list(const std::vector<int>& numbers) {
-  std::string text;
-  for (const int n : numbers) text += (text.empty() ? "" : ",") + std::to_string(n);
-  return text;
-}
-
 }  // namespace
 
 std::string to_string(const WorkerThread& thread) {
@@ -141,8 +135,8 @@ void pin_to_cpus(const std::vector<int>& cpus) {
   // result.
   const std::vector<int> before = allowed_cpus();
   if (sched_setaffinity(0, sizeof(wanted), &wanted) != 0 || allowed_cpus().size() != cpus.size()) {
-    throw ThreadSetupError("cannot run on processors " + list(cpus) + "; this process may use " +
-                           list(before));
+    throw ThreadSetupError("cannot run on processors " + joined(cpus, ",") + "; this process may use " +
+                           joined(before, ","));
   }
 }
 

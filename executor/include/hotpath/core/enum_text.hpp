@@ -4,7 +4,7 @@
 #include <array>
 #include <charconv>
 #include <optional>
-#include <span>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -64,11 +64,21 @@ requires std::is_arithmetic_v<Number>
   return error == std::errc{} && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
 }
 
-/// The words with a separator between them.
-[[nodiscard]] inline std::string joined(std::span<const std::string> words, std::string_view separator) {
-  std::string text;
-  for (const std::string& word : words) text.append(&word == words.data() ? "" : separator).append(word);
-  return text;
+/// The parts, formatted by a stream and concatenated.
+[[nodiscard]] std::string concat(const auto&... parts) {
+  std::ostringstream out;
+  (out << ... << parts);
+  return out.str();
+}
+
+/// Strings or numbers with a separator between them.
+[[nodiscard]] std::string joined(const auto& items, std::string_view separator = ", ") {
+  std::ostringstream all;
+  for (std::string_view before = ""; const auto& item : items) {
+    all << before << item;
+    before = separator;
+  }
+  return all.str();
 }
 
 /// All words of an enumeration.
