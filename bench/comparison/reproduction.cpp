@@ -44,7 +44,7 @@ std::string group_of(const std::string& task) {
 /// Calls `use` with a reader and the key of each row.
 void for_each_row(const fs::path& file, std::optional<Latency> latency, const auto& use) {
   std::istringstream in(content_of(file));
-  CsvReader rows(in, file.string());
+  CsvReader rows(LineReader(in, file.string()));
   const char* const setting = latency == Latency::hot_path ? "load_percent" : "utilisation_percent";
   while (rows.next()) {
     const auto source = parse<Source>(rows.text("source"));

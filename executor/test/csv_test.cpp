@@ -22,7 +22,7 @@ std::string refusal(const Action& action) {
 
 TEST(Csv, FieldsAreFoundByTheNamesOfTheHeader) {
   std::istringstream in("name,count,mean\r\nIMU,12,1.5\r\n,-3,2e-3");
-  CsvReader csv(in, "a.csv");
+  CsvReader csv(LineReader(in, "a.csv"));
   EXPECT_THAT(csv.header(), ElementsAre("name", "count", "mean"));
   ASSERT_TRUE(csv.next());
   EXPECT_EQ(csv.line(), 2U);
@@ -41,7 +41,7 @@ TEST(Csv, FieldsAreFoundByTheNamesOfTheHeader) {
 
 TEST(Csv, MalformedFieldsAreNamedWithLineAndColumn) {
   std::istringstream in("name,count\nIMU,x\nIMU,300\nIMU,\n\nIMU,1,2\n");
-  CsvReader csv(in, "a.csv");
+  CsvReader csv(LineReader(in, "a.csv"));
   ASSERT_TRUE(csv.next());
   EXPECT_EQ(refusal([&] { (void)csv.number<int>("count"); }),
             "a.csv:2: column 2 (count) is `x`; give a whole number in range");
@@ -55,7 +55,7 @@ TEST(Csv, MalformedFieldsAreNamedWithLineAndColumn) {
 
 TEST(Csv, FilesWrittenByHandMayHaveBlanks) {
   std::istringstream in("\n name ,count\n\n\tIMU, 12\t\n \n");
-  CsvReader csv(in, "a.csv", CsvLayout::by_hand);
+  CsvReader csv(LineReader(in, "a.csv"), CsvLayout::by_hand);
   EXPECT_THAT(csv.header(), ElementsAre("name", "count"));
   ASSERT_TRUE(csv.next());
   EXPECT_EQ(csv.line(), 4U);
@@ -67,7 +67,7 @@ TEST(Csv, FilesWrittenByHandMayHaveBlanks) {
 TEST(Csv, AHeaderMayBeMissingWhereTheColumnsAreKnown) {
   for (const char* text : {"name,count\nIMU,1\n", "IMU,1\n"}) {
     std::istringstream in(text);
-    CsvReader csv(in, "a.csv", CsvLayout::written, {"name", "count"});
+    CsvReader csv(LineReader(in, "a.csv"), CsvLayout::written, {"name", "count"});
     ASSERT_TRUE(csv.next());
     EXPECT_EQ(csv.text("name"), "IMU");
     EXPECT_FALSE(csv.next());
@@ -84,7 +84,7 @@ TEST(Csv, AFileThatCannotBeReadAndADeviceWithoutEndAreNamed) {
 
 TEST(Csv, ALineWithoutEndIsRefused) {
   std::istringstream in("name\n" + std::string(5 << 20, 'a'));
-  CsvReader csv(in, "a.csv");
+  CsvReader csv(LineReader(in, "a.csv"));
   EXPECT_THAT(refusal([&] { static_cast<void>(csv.next()); }),
               HasSubstr("a.csv:2: the line has more than 4 MiB"));
 }

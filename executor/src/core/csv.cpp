@@ -14,20 +14,17 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
-std::unique_ptr<std::istream> open(const std::filesystem::path& file) {
-  return std::make_unique<std::ifstream>(open_input(file, "give the path of a readable CSV file"));
-}
-
 }  // namespace
 
 CsvReader::CsvReader(const std::filesystem::path& file, CsvLayout layout)
-    : file_(open(file)), lines_(*file_, file.string()), layout_(layout) {
+    : file_(std::make_unique<std::ifstream>(open_input(file, "give the path of a readable CSV file"))),
+      lines_(*file_, file.string()),
+      layout_(layout) {
   if (read_line()) header_.assign(fields_.begin(), fields_.end());
 }
 
-CsvReader::CsvReader(std::istream& in, std::string name, CsvLayout layout, std::vector<std::string> columns,
-                     std::size_t lines_before)
-    : lines_(in, std::move(name), lines_before), layout_(layout), header_(std::move(columns)) {
+CsvReader::CsvReader(LineReader lines, CsvLayout layout, std::vector<std::string> columns)
+    : lines_(std::move(lines)), layout_(layout), header_(std::move(columns)) {
   if (!read_line()) return;
   first_line_is_row_ = !header_.empty() && fields_.front() != header_.front();
   if (!first_line_is_row_) header_.assign(fields_.begin(), fields_.end());
@@ -58,14 +55,10 @@ bool CsvReader::next() {
   } else if (!read_line()) {
     return false;
   }
+  constexpr const char* kRemedy = "give one field for each column";
   const std::size_t columns = header_.size();
-  if (fields_.size() > columns) {
-    fail("more than " + std::to_string(columns) + " columns", "give one field for each column");
-  }
-  if (fields_.size() < columns) {
-    fail(std::to_string(fields_.size()) + " columns instead of " + std::to_string(columns),
-         "give one field for each column");
-  }
+  if (fields_.size() > columns) fail(concat("more than ", columns, " columns"), kRemedy);
+  if (fields_.size() < columns) fail(concat(fields_.size(), " columns instead of ", columns), kRemedy);
   return true;
 }
 
@@ -95,9 +88,8 @@ void CsvReader::fail(const std::string& problem, const std::string& remedy) cons
 }
 
 void CsvReader::fail_number(std::size_t column, const char* kind) const {
-  fail("column " + std::to_string(column + 1) + " (" + header_[column] + ") is `" +
-           std::string(text(column)) + "`",
-       std::string("give a ") + kind + " in range");
+  fail(concat("column ", column + 1, " (", header_[column], ") is `", text(column), "`"),
+       concat("give a ", kind, " in range"));
 }
 
 }  // namespace hotpath

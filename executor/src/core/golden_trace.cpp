@@ -16,19 +16,16 @@ namespace {
 
 constexpr char kHeaderMark = '#';
 
-bool within_limits(std::initializer_list<std::int64_t> ns) {
-  return std::ranges::all_of(ns, [](std::int64_t n) { return n >= 0 && Duration(n) <= kLongest; });
-}
-
 /// Parses a header line.
-Task read_task(const std::string& line, const std::string& file, std::size_t number) {
-  std::istringstream words(line.substr(1));
+Task read_task(const LineReader& line) {
+  std::istringstream words(std::string(line.text().substr(1)));
   Task task;
   std::string keys[3];
   std::int64_t period = 0, wcet = 0, first = 0;
   words >> task.name >> keys[0] >> period >> keys[1] >> wcet >> keys[2] >> first;
-  if (!words || keys[2] != "first_release_ns" || period <= 0 || !within_limits({period, wcet, first})) {
-    throw InputError(file, static_cast<std::int64_t>(number),
+  const bool too_long = Duration(std::max({period, wcet, first})) > kLongest;
+  if (!words || keys[2] != "first_release_ns" || period <= 0 || wcet < 0 || first < 0 || too_long) {
+    throw InputError(line.file(), static_cast<std::int64_t>(line.line()),
                      "the header line of a golden trace is malformed",
                      "give `# TASK period_ns N wcet_ns N first_release_ns N`");
   }
@@ -56,9 +53,9 @@ GoldenTrace read_golden_trace(const std::filesystem::path& file) {
   std::ifstream in = open_input(file, "give a readable golden trace");
   GoldenTrace trace;
   std::map<std::string, TaskId, std::less<>> ids;
-  LineReader header(in, file.string());
-  while (in.peek() == kHeaderMark && header.next()) {
-    trace.set.tasks.push_back(read_task(std::string(header.text()), file.string(), header.line()));
+  LineReader lines(in, file.string());
+  while (in.peek() == kHeaderMark && lines.next()) {
+    trace.set.tasks.push_back(read_task(lines));
     Task& task = trace.set.tasks.back();
     task.group = ids[task.name] = trace.set.size() - 1;
     trace.set.groups.resize(trace.set.size(), CallbackGroup::mutually_exclusive);
@@ -67,8 +64,8 @@ GoldenTrace read_golden_trace(const std::filesystem::path& file) {
     throw InputError(file.string(), 1, "the file is not a golden trace",
                      "begin with a line `# TASK ...` for each task");
   }
-  CsvReader jobs(in, file.string(), CsvLayout::written,
-                 {"task", "count", "start_ns", "finish_ns", "next_call_ns"}, header.line());
+  CsvReader jobs(std::move(lines), CsvLayout::written,
+                 {"task", "count", "start_ns", "finish_ns", "next_call_ns"});
   if (jobs.header().size() < 5) {
     jobs.fail("the rows of a golden trace have at least five fields",
               "give task, count, start, finish, and next call or thread");
@@ -76,13 +73,12 @@ GoldenTrace read_golden_trace(const std::filesystem::path& file) {
   const bool has_worker = jobs.find_column("thread").has_value();
   while (jobs.next()) {
     const auto id = ids.find(jobs.text(0));
-    if (id == ids.end()) {
-      jobs.fail("task " + std::string(jobs.text(0)) + " is not in the header", "give it a line `# TASK ...`");
-    }
+    if (id == ids.end())
+      jobs.fail(concat("task ", jobs.text(0), " is not in the header"), "give it a line `# TASK ...`");
     const auto instant = [&](std::size_t column) { return Time{} + jobs.nanoseconds(column); };
     GoldenJob job{id->second, jobs.number<std::uint64_t>(1), instant(2), instant(3), {}, 0};
     if (job.count > static_cast<std::uint64_t>(kLongest / trace.set[job.task].period)) {
-      jobs.fail("job " + std::to_string(job.count) + " would be released after more than 36 years",
+      jobs.fail(concat("job ", job.count, " would be released after more than 36 years"),
                 "give the number of earlier jobs of the task");
     }
     if (has_worker) {

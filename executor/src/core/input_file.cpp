@@ -45,11 +45,8 @@ std::ifstream open_input(const fs::path& file, const std::string& remedy) {
   return in;
 }
 
-LineReader::LineReader(std::istream& in, std::string file, std::size_t lines_before)
-    : in_(&in),
-      file_(std::move(file)),
-      line_(lines_before),
-      buffer_(std::make_unique_for_overwrite<char[]>(kMostBytes)) {}
+LineReader::LineReader(std::istream& in, std::string file)
+    : in_(&in), file_(std::move(file)), buffer_(std::make_unique_for_overwrite<char[]>(kMostBytes)) {}
 
 bool LineReader::next() {
   in_->getline(buffer_.get(), kMostBytes);

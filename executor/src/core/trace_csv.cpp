@@ -72,14 +72,6 @@ void visit_chain(auto& visit, auto&& run, auto&& r) {
   visit("disparity_ns", r.disparity, r.disparity.count() >= 0);
 }
 
-/// Collects the names of the columns.
-struct Header {
-  std::string text;
-  void operator()(std::string_view name, const auto&, bool = true) {
-    text.append(text.empty() ? "" : ",").append(name);
-  }
-};
-
 /// Builds rows without stream formatting, which would dominate the time.
 class RowWriter {
  public:
@@ -143,27 +135,24 @@ class RowReader {
   void read(std::size_t column, Time& instant) const { instant = Time{} + in_.nanoseconds(column); }
   void read(std::size_t column, Outcome& outcome) const {
     const auto known = parse<Outcome>(in_.text(column));
-    if (!known)
-      in_.fail("unknown outcome `" + std::string(in_.text(column)) + "`", "docs/results.md lists them");
+    if (!known) in_.fail(concat("unknown outcome `", in_.text(column), "`"), "docs/results.md lists them");
     outcome = *known;
   }
   void read(std::size_t column, TaskName<TaskId> task) const {
     const auto known = ids_.find(in_.text(column));
-    if (known == ids_.end())
-      in_.fail("the graph has no task `" + std::string(in_.text(column)) + "`", kThisGraph);
+    if (known == ids_.end()) in_.fail(concat("the graph has no task `", in_.text(column), "`"), kThisGraph);
     task.id = known->second;
   }
   void read(std::size_t column, KindOfTask task) const {
     const std::string kind = to_string(set_[task.id].kind);
     if (in_.text(column) == kind) return;
-    in_.fail(
-        "task `" + set_[task.id].name + "` is a " + kind + ", not a `" + std::string(in_.text(column)) + "`",
-        kThisGraph);
+    in_.fail(concat("task `", set_[task.id].name, "` is a ", kind, ", not a `", in_.text(column), "`"),
+             kThisGraph);
   }
   void read(std::size_t column, ChainName<std::uint32_t> name) const {
     const auto known = std::ranges::find(chains_, in_.text(column));
     if (known == chains_.end())
-      in_.fail("run.json names no chain `" + std::string(in_.text(column)) + "`",
+      in_.fail(concat("run.json names no chain `", in_.text(column), "`"),
                "the files do not belong to one run");
     name.chain = static_cast<std::uint32_t>(known - chains_.begin());
   }
@@ -175,10 +164,12 @@ class RowReader {
   std::size_t column_ = 0;
 };
 
+/// The names of the columns.
 std::string header(const auto& visit_columns) {
-  Header columns;
-  visit_columns(columns);
-  return columns.text;
+  std::vector<std::string_view> names;
+  const auto visit = [&](std::string_view name, const auto&, bool = true) { names.push_back(name); };
+  visit_columns(visit);
+  return joined(names, ",");
 }
 
 /// The `k`-th timestamp that the call of job `r` skipped.
@@ -220,19 +211,23 @@ namespace {
 
 /// Adds a skipped timestamp. Its row must follow the job whose call skipped it: `last` of the
 /// repetition, if any.
-void add_skipped(const CsvReader& in, const TaskSet& set, const Job& skipped, JobRecord* last) {
+void add_skipped(const JobRow& row, const TaskSet& set, const std::string& file, JobRecord* last) {
+  const Job& skipped = row.record.job;
+  const auto line = static_cast<std::int64_t>(row.line);
   if (last == nullptr || last->job.task != skipped.task ||
       skipped.sequence != last->job.sequence + last->job.skipped + 1) {
-    in.fail("a `skipped` row must follow the job of the same task whose call skipped it, in sequence",
-            "keep the order of the rows");
+    throw InputError(
+        file, line, "a `skipped` row must follow the job of the same task whose call skipped it, in sequence",
+        "keep the order of the rows");
   }
   Job& job = last->job;
   ++job.skipped;
   // The timestamp is not stored: it follows from the job's, if the period is known already (not 0).
   const Duration period = set[job.task].period, after = skipped.timestamp - job.timestamp;
   if (period > Duration{} && (after / period != job.skipped || after % period != Duration{})) {
-    in.fail("a `skipped` timestamp is not a whole number of periods after its job's timestamp",
-            "give a trace of this graph, not of another graph");
+    throw InputError(file, line,
+                     "a `skipped` timestamp is not a whole number of periods after its job's timestamp",
+                     "give a trace of this graph, not of another graph");
   }
 }
 
@@ -249,9 +244,11 @@ Trace& trace_for(const JobRow& row, std::vector<Trace>& traces) {
   return added;
 }
 
-/// Calls `use(in, row)` for each row.
-void read_rows(std::istream& stream, const TaskSet& set, const std::string& file_name, const auto& use) {
-  CsvReader in(stream, file_name);
+}  // namespace
+
+void for_each_job(std::istream& stream, const TaskSet& set, const std::string& file_name,
+                  const std::function<void(const JobRow&)>& use) {
+  CsvReader in(LineReader(stream, file_name));
   in.require_header(kJobsCsvHeader);
   const std::size_t start = in.column("start_ns"), finish = in.column("finish_ns");
   RowReader reader(in, set);
@@ -264,21 +261,13 @@ void read_rows(std::istream& stream, const TaskSet& set, const std::string& file
     reader.begin_row();
     visit_job(reader, run, r);
     if (in.text(start).empty() == starts(r.outcome) || in.text(finish).empty() == finishes(r.outcome)) {
-      in.fail(std::string("a row `") + to_string(r.outcome) + "` must have " +
-                  (starts(r.outcome) ? "a" : "no") + " start_ns and " + (finishes(r.outcome) ? "a" : "no") +
-                  " finish_ns",
+      in.fail(concat("a row `", to_string(r.outcome), "` must have ", starts(r.outcome) ? "a" : "no",
+                     " start_ns and ", finishes(r.outcome) ? "a" : "no", " finish_ns"),
               "restore the original file");
     }
     r.job.empty = r.outcome == Outcome::empty;
-    use(in, JobRow{run.executor, run.repetition, r, in.line()});
+    use({run.executor, run.repetition, r, in.line()});
   }
-}
-
-}  // namespace
-
-void for_each_job(std::istream& in, const TaskSet& set, const std::string& file_name,
-                  const std::function<void(const JobRow&)>& use) {
-  read_rows(in, set, file_name, [&](const CsvReader&, const JobRow& row) { use(row); });
 }
 
 void for_each_record(std::istream& stream, const TaskSet& set, const std::string& file_name,
@@ -290,10 +279,10 @@ void for_each_record(std::istream& stream, const TaskSet& set, const std::string
   const auto use_last = [&] {
     if (last) use({executor, repetition, *last, line});
   };
-  read_rows(stream, set, file_name, [&](const CsvReader& in, const JobRow& row) {
+  for_each_job(stream, set, file_name, [&](const JobRow& row) {
     const bool same = last && row.repetition == repetition && row.executor == executor;
     if (row.record.outcome == Outcome::skipped)
-      return add_skipped(in, set, row.record.job, same ? &*last : nullptr);
+      return add_skipped(row, set, file_name, same ? &*last : nullptr);
     use_last();
     if (!same) executor = row.executor;
     repetition = row.repetition;
@@ -312,7 +301,7 @@ std::vector<Trace> read_jobs_csv(std::istream& in, const TaskSet& set, const std
 
 void for_each_chain(std::istream& stream, const TaskSet& set, const std::vector<std::string>& chains,
                     const std::string& file_name, const std::function<void(const ChainRow&)>& use) {
-  CsvReader in(stream, file_name);
+  CsvReader in(LineReader(stream, file_name));
   in.require_header(kChainsCsvHeader);
   RowReader reader(in, set, chains);
   while (in.next()) {

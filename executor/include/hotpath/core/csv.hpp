@@ -34,11 +34,10 @@ class CsvReader {
  public:
   /// Throws InputError for a file that cannot be read.
   explicit CsvReader(const std::filesystem::path& file, CsvLayout layout = CsvLayout::written);
-  /// `in` must outlive the reader; `name` is the file name in messages. `columns`, for files that may
-  /// lack a header: if the first line does not begin with the name of the first one, it is a row, and
-  /// these are the names. `lines_before` lines of the file have already been read from `in`.
-  CsvReader(std::istream& in, std::string name, CsvLayout layout = CsvLayout::written,
-            std::vector<std::string> columns = {}, std::size_t lines_before = 0);
+  /// Reads what is left of `lines`. `columns`, for files that may lack a header: if the first line does
+  /// not begin with the name of the first one, it is a row, and these are the names.
+  explicit CsvReader(LineReader lines, CsvLayout layout = CsvLayout::written,
+                     std::vector<std::string> columns = {});
 
   /// Column names; empty for an empty file.
   [[nodiscard]] const std::vector<std::string>& header() const { return header_; }

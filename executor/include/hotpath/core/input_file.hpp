@@ -34,9 +34,8 @@ struct InputError : std::runtime_error {
 /// without line breaks.
 class LineReader {
  public:
-  /// `in` must outlive the reader; `file` is the name in messages; `lines_before` lines have
-  /// already been read from it.
-  LineReader(std::istream& in, std::string file, std::size_t lines_before = 0);
+  /// `in` must outlive the reader; `file` is the name in messages.
+  LineReader(std::istream& in, std::string file);
 
   /// Advances to the next line; false at the end. Throws InputError if the line is too long or
   /// reading fails.
@@ -50,7 +49,7 @@ class LineReader {
  private:
   std::istream* in_;
   std::string file_;
-  std::size_t line_;
+  std::size_t line_ = 0;
   std::unique_ptr<char[]> buffer_;
   std::string_view text_;
 };
