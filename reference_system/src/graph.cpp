@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <random>
 #include <stdexcept>
 #include <tuple>
@@ -93,15 +94,6 @@ class Rates {
     }
   }
 
-  std::vector<double> all() {
-    std::vector<double> rates;
-    for (TaskId id = 0; id < tasks_.set.size(); ++id) rates.push_back(rate(id));
-    return rates;
-  }
-
- private:
-  static constexpr double kUnknown = -1;
-
   double rate(TaskId id) {
     const Callback& callback = tasks_.callbacks[id];
     if (!callback.waits_for_sets()) return activations(id);
@@ -109,6 +101,9 @@ class Rates {
     for (const Publication& p : callback.publishes) most = std::max(most, publications(id, p));
     return most;
   }
+
+ private:
+  static constexpr double kUnknown = -1;
 
   double activations(TaskId id) {
     if (activations_[id] != kUnknown) return activations_[id];
@@ -235,6 +230,23 @@ std::vector<TaskId> GraphTasks::subscriptions_to_create() const {
   return created;
 }
 
+std::vector<std::uint32_t> cut_cycles(std::vector<std::vector<std::uint32_t>>& next,
+                                      const std::vector<std::uint32_t>& from) {
+  enum class State : std::uint8_t { unseen, open, done };
+  std::vector<State> state(next.size(), State::unseen);
+  std::vector<std::uint32_t> order;
+  const std::function<void(std::uint32_t)> visit = [&](std::uint32_t id) {
+    if (state[id] != State::unseen) return;
+    state[id] = State::open;
+    for (const std::uint32_t to : next[id]) visit(to);
+    std::erase_if(next[id], [&](std::uint32_t to) { return state[to] == State::open; });
+    state[id] = State::done;
+    order.push_back(id);
+  };
+  for (const std::uint32_t id : from) visit(id);
+  return order;
+}
+
 std::vector<std::string> subscribers_of(const Graph& graph, const std::string& topic) {
   std::vector<std::string> names;
   for (const Node& node : graph.nodes) {
@@ -302,7 +314,12 @@ GraphTasks make_tasks(const Graph& graph) {
   return tasks;
 }
 
-std::vector<double> activation_rates(const GraphTasks& tasks) { return Rates(tasks).all(); }
+std::vector<double> activation_rates(const GraphTasks& tasks) {
+  Rates rates(tasks);
+  std::vector<double> all(tasks.set.size());
+  for (TaskId id = 0; id < all.size(); ++id) all[id] = rates.rate(id);
+  return all;
+}
 
 double load_percent(const Graph& graph) {
   const GraphTasks tasks = make_tasks(graph);

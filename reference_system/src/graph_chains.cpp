@@ -199,24 +199,10 @@ struct Path {
 };
 
 /// The largest paths from one timer, over the graph without the edges that close cycles.
-std::vector<Path> largest_paths(const GraphTasks& tasks, const std::vector<std::vector<TaskId>>& downstream,
+std::vector<Path> largest_paths(const GraphTasks& tasks, std::vector<std::vector<TaskId>> edges,
                                 TaskId timer) {
-  enum class State : std::uint8_t { unseen, open, done };
-  std::vector<State> state(tasks.set.size(), State::unseen);
-  std::vector<std::vector<TaskId>> edges(state.size());
-  std::vector<TaskId> order;  // each task follows the tasks that it leads to
-  const std::function<void(TaskId)> visit = [&](TaskId id) {
-    state[id] = State::open;
-    for (const TaskId next : downstream[id]) {
-      if (state[next] == State::open) continue;  // closes a cycle
-      edges[id].push_back(next);
-      if (state[next] == State::unseen) visit(next);
-    }
-    state[id] = State::done;
-    order.push_back(id);
-  };
-  visit(timer);
-  std::vector<std::optional<Path>> best(state.size());
+  const std::vector<TaskId> order = cut_cycles(edges, {timer});
+  std::vector<std::optional<Path>> best(edges.size());
   best[timer] = Path{{timer}, tasks.set[timer].wcet};
   std::vector<Path> paths;
   for (auto id = order.rbegin(); id != order.rend(); ++id) {
@@ -271,34 +257,32 @@ ChainLimits chain_limits(const Graph& graph, const Chain& chain) {
   const GraphTasks tasks = make_tasks(graph);
   std::vector<std::vector<TaskId>> members;
   std::vector<Duration> work;
-  std::size_t sink = 0;
+  std::uint32_t sink = 0;
   for (const std::string& name : chain.nodes) {
-    if (name == chain.sink) sink = members.size();
+    if (name == chain.sink) sink = static_cast<std::uint32_t>(members.size());
     members.push_back(tasks_named(graph, tasks, name));
     Duration& most = work.emplace_back();
     for (const TaskId id : members.back()) most = std::max(most, tasks.set[id].wcet);
   }
-  const auto leads_to = [&](std::size_t from, std::size_t to) {
+  const auto leads_to = [&](std::uint32_t from, std::uint32_t to) {
     return std::ranges::any_of(members[from], [&](TaskId id) {
       const std::vector<TaskId> next = tasks.downstream(id);
       return std::ranges::find_first_of(next, members[to]) != next.end();
     });
   };
-  // A chain has no cycle: a node's longest branch is its own work plus that of its longest predecessor.
-  std::map<std::size_t, Duration> longest;
-  const std::function<Duration(std::size_t)> finish = [&](std::size_t node) {
-    if (const auto known = longest.find(node); known != longest.end()) return known->second;
-    longest[node] = Duration::zero();  // a source's own inputs are not part of the chain
-    Duration start{};
-    if (std::ranges::count(chain.sources, chain.nodes[node]) == 0) {
-      for (std::size_t before = 0; before < members.size(); ++before) {
-        if (before != node && leads_to(before, node)) start = std::max(start, finish(before));
-      }
-    }
-    return longest[node] = start + work[node];
-  };
-
-  return {finish(sink), std::accumulate(work.begin(), work.end(), Duration{})};
+  std::vector<std::vector<std::uint32_t>> before(members.size());
+  for (std::uint32_t node = 0; node < members.size(); ++node) {
+    // A source's own inputs are not part of the chain.
+    if (std::ranges::count(chain.sources, chain.nodes[node]) > 0) continue;
+    for (std::uint32_t from = 0; from < members.size(); ++from)
+      if (from != node && leads_to(from, node)) before[node].push_back(from);
+  }
+  // A node's longest branch is its own work plus that of its longest predecessor.
+  std::vector<Duration> longest = work;
+  for (const std::uint32_t node : cut_cycles(before, {sink}))
+    for (const std::uint32_t from : before[node])
+      longest[node] = std::max(longest[node], longest[from] + work[node]);
+  return {longest[sink], std::accumulate(work.begin(), work.end(), Duration{})};
 }
 
 }  // namespace hotpath

@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
+#include <iomanip>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <ostream>
 #include <string>
 #include <string_view>
@@ -29,21 +30,13 @@ using Column = std::vector<std::uint32_t>;
 
 /// By node: the length of the longest path from a source, found by depth-first search against the edges.
 std::vector<std::size_t> depths(std::size_t nodes, const std::vector<GraphEdge>& edges) {
-  enum class State : std::uint8_t { unseen, open, done };
-  std::vector<std::vector<std::uint32_t>> sources(nodes);
+  std::vector<Column> sources(nodes);
   for (const GraphEdge& e : edges) sources[e.target].push_back(e.source);
-  std::vector<State> state(nodes, State::unseen);
+  Column all(nodes);
+  std::iota(all.begin(), all.end(), 0U);
   std::vector<std::size_t> depth(nodes, 0);
-  const std::function<void(std::uint32_t)> visit = [&](std::uint32_t node) {
-    if (state[node] != State::unseen) return;
-    state[node] = State::open;
-    for (const std::uint32_t source : sources[node]) {
-      visit(source);
-      if (state[source] == State::done) depth[node] = std::max(depth[node], depth[source] + 1);
-    }
-    state[node] = State::done;
-  };
-  for (std::uint32_t n = 0; n < nodes; ++n) visit(n);
+  for (const std::uint32_t node : cut_cycles(sources, all))
+    for (const std::uint32_t source : sources[node]) depth[node] = std::max(depth[node], depth[source] + 1);
   return depth;
 }
 
@@ -103,16 +96,6 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
-/// A quoted identifier.
-std::string identifier(std::string_view text) {
-  std::string result = "\"";
-  for (const char c : printable(text)) {
-    if (c == '"' || c == '\\') result += '\\';
-    result += c;
-  }
-  return result + '"';
-}
-
 std::string label(const Node& node) {
   std::string text = "<b>" + escaped(node.name) + "</b><br/><font point-size=\"9\" color=\"#455a64\">";
   text += to_string(node.type);
@@ -148,7 +131,7 @@ std::string description(const DeployedExecutor& executor) {
 
 void write_node(std::ostream& out, const Node& node, const std::string& fill, bool hot) {
   const Look& look = look_of(node);
-  out << "  " << identifier(node.name) << " [shape=" << look.shape << ", style=\"" << look.style
+  out << "  " << std::quoted(printable(node.name)) << " [shape=" << look.shape << ", style=\"" << look.style
       << "\", fillcolor=\"" << fill << "\", label=<" << label(node) << ">, color=\"";
   hot ? out << kHotColour << "\", penwidth=2.6];\n" : out << look.line << "\"];\n";
 }
@@ -156,8 +139,9 @@ void write_node(std::ostream& out, const Node& node, const std::string& fill, bo
 /// Writes the legend as one node with a table, which keeps its rows together. Node names of a graph
 /// have no slash.
 void write_legend(std::ostream& out, const Deployment& deployment) {
-  out << "  subgraph cluster_legend {\n    label=" << identifier(deployment.name)
-      << "; fontname=\"Helvetica\"; fontsize=11;\n    " << identifier("deployment/" + deployment.name)
+  out << "  subgraph cluster_legend {\n    label=" << std::quoted(printable(deployment.name))
+      << "; fontname=\"Helvetica\"; fontsize=11;\n    "
+      << std::quoted(printable("deployment/" + deployment.name))
       << " [shape=plain, label=<<table border=\"0\">";
   for (std::size_t e = 0; e < deployment.executors.size(); ++e) {
     out << "<tr><td border=\"1\" bgcolor=\"" << executor_colour(e)
@@ -167,7 +151,7 @@ void write_legend(std::ostream& out, const Deployment& deployment) {
 }
 
 void write_edge(std::ostream& out, const Node& from, const Node& to, const GraphEdge& edge) {
-  out << "  " << identifier(from.name) << " -> " << identifier(to.name) << " [";
+  out << "  " << std::quoted(printable(from.name)) << " -> " << std::quoted(printable(to.name)) << " [";
   if (edge.topic != from.name) out << "label=<" << escaped(edge.topic) << ">, ";
   edge.hot ? out << "color=\"" << kHotColour << "\", penwidth=2.6, weight=4" : out << "weight=1";
   out << "];\n";
@@ -183,13 +167,10 @@ bool on_hot_path(const Graph& graph, const Node& node) {
 std::vector<GraphEdge> graph_edges(const Graph& graph) {
   const GraphTasks tasks = make_tasks(graph);
   std::vector<bool> hot(tasks.set.size(), false);
-  const Node* sink = nullptr;
-  if (!graph.chains.empty()) {
-    sink = graph.find(graph.chains.front().sink);
-    for (const std::string& node : graph.chains.front().nodes) {
-      for (const TaskId id : tasks_named(graph, tasks, node)) hot[id] = true;
-    }
-  }
+  const std::vector<ChainIndex> chains = index_chains(graph, tasks);
+  if (!chains.empty())
+    for (const std::vector<TaskId>& node : chains.front().nodes)
+      for (const TaskId id : node) hot[id] = true;
   std::map<std::tuple<std::uint32_t, std::ptrdiff_t, std::uint32_t>, bool> is_hot;  // by node, output, node
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     const std::uint32_t source = tasks.origin[id].node;
@@ -198,7 +179,7 @@ std::vector<GraphEdge> graph_edges(const Graph& graph) {
       const auto output = std::ranges::find(node.outputs, tasks.callbacks[id].publishes[p].topic);
       for (const TaskId to : tasks.readers[id][p])
         is_hot[{source, output - node.outputs.begin(), tasks.origin[to].node}] |=
-            hot[id] && hot[to] && &node != sink;
+            hot[id] && hot[to] && source != chains.front().sink;
     }
   }
   std::vector<GraphEdge> edges;
@@ -265,7 +246,7 @@ void write_dot(std::ostream& out, const Graph& graph, const Deployment* deployme
   const GraphTasks tasks = make_tasks(graph);
   for (TaskId id = tasks.set.size(); deployment != nullptr && id-- > 0;)
     fills[tasks.origin[id].node] = executor_colour(deployment->executor_of[id]);
-  out << "digraph " << identifier(graph.name) << " {\n"
+  out << "digraph " << std::quoted(printable(graph.name)) << " {\n"
       << "  rankdir=LR; nodesep=0.4; ranksep=0.35; bgcolor=white; pad=0.2;\n"
       << "  node [fontname=\"Helvetica\", fontsize=11, margin=\"0.1,0.06\", penwidth=1.1];\n"
       << "  edge [fontname=\"Helvetica\", fontsize=9, color=\"#78909c\", arrowsize=0.7];\n";

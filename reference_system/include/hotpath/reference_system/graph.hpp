@@ -303,6 +303,11 @@ struct GraphTasks {
   return tasks;
 }
 
+/// What `from` leads to along the edges `next`, each after all that follow it, found by depth-first search.
+/// Removes the edges that close cycles.
+[[nodiscard]] std::vector<std::uint32_t> cut_cycles(std::vector<std::vector<std::uint32_t>>& next,
+                                                    const std::vector<std::uint32_t>& from);
+
 /// The nodes that subscribe to a topic, in the order of creation.
 [[nodiscard]] std::vector<std::string> subscribers_of(const Graph& graph, const std::string& topic);
 /// The topics of several subscribers whose order of delivery is unknown.
