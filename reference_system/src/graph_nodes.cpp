@@ -16,39 +16,32 @@ namespace {
 
 using Values = std::vector<Duration>;
 
-/// The publications of jobs of an input, or of the timer.
-std::vector<Publication> publications_of(const ReferenceNode& node, std::optional<std::uint32_t> input) {
-  const bool silent = node.type == NodeType::command || (node.type == NodeType::cyclic && input);
-  if (silent || node.outputs.empty()) return {};
+std::vector<Callback> expanded(const ReferenceNode& node) {
+  const bool cyclic = node.type == NodeType::cyclic;
   Publication publication;
-  publication.topic = node.type == NodeType::intersection ? node.outputs.at(*input) : node.outputs.front();
-  if (node.type == NodeType::fusion || node.type == NodeType::cyclic) {
-    publication.rule = node.type == NodeType::fusion ? PublishRule::all_new : PublishRule::last_of;
+  if (cyclic || node.type == NodeType::fusion) {
+    publication.rule = cyclic ? PublishRule::last_of : PublishRule::all_new;
     publication.of.resize(node.inputs.size());
     std::iota(publication.of.begin(), publication.of.end(), 0U);
   }
-  return {publication};
-}
-
-std::vector<Callback> expanded(const ReferenceNode& node) {
-  std::vector<Callback> callbacks;
-  for (std::uint32_t i = 0; i < node.inputs.size(); ++i) {
-    Callback& subscription = callbacks.emplace_back();
-    subscription.task = node.name + "/" + node.inputs[i].topic;
-    subscription.input = i;
-    subscription.priority = node.inputs[i].priority;
-  }
-  if (node.type == NodeType::sensor || node.type == NodeType::cyclic) {
-    Callback& timer = callbacks.emplace_back();
-    static_cast<StatedTimer&>(timer) = node;
-    timer.task = node.name;
-    if (timer.deadline == Duration::zero()) timer.deadline = timer.period;
-  }
-  for (Callback& callback : callbacks) {
-    callback.publishes = publications_of(node, callback.input);
-    if (node.type == NodeType::cyclic && callback.input) continue;  // only stores
+  std::vector<Callback> callbacks(node.inputs.size() + (cyclic || node.type == NodeType::sensor));
+  for (std::uint32_t i = 0; i < callbacks.size(); ++i) {
+    Callback& callback = callbacks[i];
+    if (i < node.inputs.size()) {
+      callback.task = node.name + "/" + node.inputs[i].topic;
+      callback.input = i;
+      callback.priority = node.inputs[i].priority;
+      if (cyclic) continue;  // only stores
+    } else {
+      static_cast<StatedTimer&>(callback) = node;
+      callback.task = node.name;
+      if (callback.deadline == Duration::zero()) callback.deadline = callback.period;
+    }
     callback.worst = node.execution_time;
     callback.best = node.best_case_execution_time;
+    if (node.outputs.empty()) continue;
+    publication.topic = node.outputs.at(node.type == NodeType::intersection ? i : 0);
+    callback.publishes = {publication};
   }
   return callbacks;
 }
@@ -63,10 +56,10 @@ void read_timer(const GraphMap& map, StatedTimer& timer) {
 }
 
 ReferenceInput read_input(const YamlValue& value, const std::string& node, std::uint32_t depth) {
-  if (value.is_text()) return {value.topic(), depth, {}};
+  if (value.is_text()) return {{value.topic(), depth}, {}};
   const GraphMap map(value, "an input of " + node, KeysOf::input);
   map.check();
-  ReferenceInput input{"", depth, {}};
+  ReferenceInput input{{"", depth}, {}};
   map.read("topic", input.topic);
   map.read("depth", input.depth);
   map.read("priority", input.priority);

@@ -52,12 +52,8 @@ struct GraphListing {
 [[nodiscard]] std::optional<std::filesystem::path> find_ros2_reference();
 
 /// An input of a ReferenceNode.
-struct ReferenceInput {
-  std::string topic;
-  std::uint32_t depth = 1;               ///< As Input::depth.
+struct ReferenceInput : Input {
   std::optional<std::int64_t> priority;  ///< Given fixed priority of the subscription.
-
-  operator Input() const { return {topic, depth}; }  // NOLINT(google-explicit-constructor)
 };
 
 /// A node of one of the six types of the reference system, in the short form of files. The comments name
