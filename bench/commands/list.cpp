@@ -30,7 +30,7 @@ void print_executors() {
 
 void print_graphs() {
   Table shown("", {"", "", ""}), stored("", {"name", "nodes", "description", "error"});
-  for (const GraphListing& g : list_graphs()) {
+  for (const FileListing& g : list_graphs()) {
     const bool valid = g.error.empty();
     shown.add_row({g.name, valid ? std::to_string(g.nodes) + " nodes" : "",
                    valid ? g.description : "invalid: " + g.error});
@@ -47,7 +47,7 @@ void print_deployments() {
     stored.add_row({name, valid ? json(description) : json(), error});
   };
   for (const DeploymentPreset& preset : deployment_presets()) add(preset.name, preset.description, "");
-  for (const DeploymentListing& d : list_deployment_files()) add(d.name, d.description, d.error);
+  for (const FileListing& d : list_deployment_files()) add(d.name, d.description, d.error);
   print(shown, stored);
 }
 

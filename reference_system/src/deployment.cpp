@@ -17,45 +17,46 @@ namespace hotpath {
 
 namespace {
 
-/// An executor for each value of `key`, in the order of their first tasks;
-/// `make` gives its name, kind and policy.
-Deployment executor_for_each(const GraphTasks& tasks, const auto& key, const auto& make) {
+/// By callback group that has tasks: the first of them.
+std::map<std::uint32_t, TaskId> tasks_of_groups(const GraphTasks& tasks) {
+  std::map<std::uint32_t, TaskId> groups;
+  for (TaskId id = 0; id < tasks.set.size(); ++id) groups.emplace(tasks.set[id].group, id);
+  return groups;
+}
+
+/// The executors that `make` gives to tasks, those of one name as one, in the order of their first tasks.
+Deployment executors_by_name(const GraphTasks& tasks, const auto& make) {
   Deployment d;
-  std::map<std::uint32_t, std::uint32_t> executor_of;
+  std::map<std::string, std::uint32_t> numbers;
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    const auto number = static_cast<std::uint32_t>(d.executors.size());
-    const auto [executor, is_new] = executor_of.emplace(key(id), number);
-    if (is_new) d.executors.push_back(make(id));
-    d.executor_of.push_back(executor->second);
+    const DeployedExecutor executor = make(id);
+    const auto [number, is_new] = numbers.emplace(executor.name, numbers.size());
+    if (is_new) d.executors.push_back(executor);
+    d.executor_of.push_back(number->second);
   }
   return d;
 }
 
 Deployment single(const Graph& graph, const GraphTasks& tasks) {
-  return executor_for_each(
-      tasks, [](TaskId) { return 0U; },
-      [&](TaskId) {
-        return DeployedExecutor{graph.name, "default", {}, {}};
-      });
+  return executors_by_name(tasks, [&](TaskId) { return DeployedExecutor{graph.name, "default", {}, {}}; });
 }
 
 Deployment isolated(const Graph& graph, const GraphTasks& tasks) {
-  const auto node = [&](TaskId id) { return tasks.origin[id].node; };
-  return executor_for_each(tasks, node, [&](TaskId id) {
-    return DeployedExecutor{graph.nodes[node(id)].name, "default", {}, {}};
+  return executors_by_name(tasks, [&](TaskId id) {
+    return DeployedExecutor{graph.nodes[tasks.origin[id].node].name, "default", {}, {}};
   });
 }
 
 /// One executor per callback group; the executor of a reentrant group has four
 /// threads (tier4's callback_isolated_executor).
 Deployment callback_isolated(const Graph& graph, const GraphTasks& tasks) {
-  const auto group = [&](TaskId id) { return tasks.set[id].group; };
-  return executor_for_each(tasks, group, [&](TaskId id) {
-    const bool reentrant = tasks.set.groups[group(id)] == CallbackGroup::reentrant;
-    return DeployedExecutor{graph.nodes[tasks.origin[id].node].name + "@" + tasks.set[id].name,
-                            reentrant ? "multi:4" : "default",
-                            {},
-                            {}};
+  const std::map<std::uint32_t, TaskId> first = tasks_of_groups(tasks);
+  return executors_by_name(tasks, [&](TaskId id) {
+    const std::uint32_t group = tasks.set[id].group;
+    const bool reentrant = tasks.set.groups[group] == CallbackGroup::reentrant;
+    const std::string& node = graph.nodes[tasks.origin[id].node].name;
+    return DeployedExecutor{
+        node + "@" + tasks.set[first.at(group)].name, reentrant ? "multi:4" : "default", {}, {}};
   });
 }
 
@@ -63,13 +64,11 @@ Deployment rate_monotonic_threads(const Graph&, const GraphTasks& tasks) {
   constexpr int kMostAboveTheLowest = 98;
   const std::vector<std::int64_t> level = inherited_levels(tasks.set, Policy::rm);
   const std::set<std::int64_t> levels(level.begin(), level.end());
-  const auto thread = [&](TaskId id) {
+  return executors_by_name(tasks, [&](TaskId id) {
     const auto slower = static_cast<int>(std::distance(levels.upper_bound(level[id]), levels.end()));
     const ThreadPolicy policy{ThreadPolicy::Class::fifo, 1 + std::min(kMostAboveTheLowest, slower)};
     return DeployedExecutor{tasks.set[id].name, "default", policy, {}};
-  };
-  return executor_for_each(
-      tasks, [](TaskId id) { return id; }, thread);
+  });
 }
 
 constexpr std::array kPresets = {
@@ -94,13 +93,6 @@ YamlMap read_deployment(const std::string& path) {
 std::string text_of(const YamlMap& map, const std::string& key, const std::string& otherwise) {
   const auto given = map.find(key);
   return given ? given->text() : otherwise;
-}
-
-/// By callback group that has tasks: one of them.
-std::map<std::uint32_t, TaskId> tasks_of_groups(const GraphTasks& tasks) {
-  std::map<std::uint32_t, TaskId> groups;
-  for (TaskId id = 0; id < tasks.set.size(); ++id) groups.emplace(tasks.set[id].group, id);
-  return groups;
 }
 
 /// Reads one file for one graph.
@@ -353,19 +345,12 @@ std::string deployment_yaml(const Graph& graph, const GraphTasks& tasks, const D
   return file.out.c_str();
 }
 
-std::vector<DeploymentListing> list_deployment_files() {
-  std::vector<DeploymentListing> listings;
-  for (const auto& [name, path] : deployment_files()) {
-    if (std::ranges::count(deployment_presets(), name, &DeploymentPreset::name) > 0) continue;
-    DeploymentListing& listing = listings.emplace_back();
-    listing.name = name;
-    try {
-      listing.description = text_of(read_deployment(path), "description", "");
-    } catch (const InputError& error) {
-      listing.error = error.what();
-    }
-  }
-  return listings;
+std::vector<FileListing> list_deployment_files() {
+  std::map<std::string, std::filesystem::path> files = deployment_files();
+  for (const DeploymentPreset& preset : deployment_presets()) files.erase(std::string(preset.name));
+  return list_files(files, [](FileListing& listing) {
+    listing.description = text_of(read_deployment(listing.path), "description", "");
+  });
 }
 
 }  // namespace hotpath

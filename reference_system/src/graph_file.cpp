@@ -165,21 +165,28 @@ std::optional<fs::path> find_ros2_reference() {
   return std::nullopt;
 }
 
-std::vector<GraphListing> list_graphs() {
-  std::vector<GraphListing> listings;
-  for (const auto& [name, path] : graph_files()) {
-    GraphListing& listing = listings.emplace_back();
+std::vector<FileListing> list_files(const std::map<std::string, fs::path>& files,
+                                    const std::function<void(FileListing&)>& describe) {
+  std::vector<FileListing> listings;
+  for (const auto& [name, path] : files) {
+    FileListing& listing = listings.emplace_back();
     listing.name = name;
     listing.path = path;
     try {
-      const Graph graph = load_graph(path);
-      listing.description = graph.description;
-      listing.nodes = graph.nodes.size();
+      describe(listing);
     } catch (const InputError& error) {
       listing.error = error.what();
     }
   }
   return listings;
+}
+
+std::vector<FileListing> list_graphs() {
+  return list_files(graph_files(), [](FileListing& listing) {
+    const Graph graph = load_graph(listing.path);
+    listing.description = graph.description;
+    listing.nodes = graph.nodes.size();
+  });
 }
 
 }  // namespace hotpath

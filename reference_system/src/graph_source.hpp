@@ -4,6 +4,8 @@
 #include <yaml-cpp/yaml.h>
 
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -92,6 +94,10 @@ struct GraphSource {
   Graph graph;
   std::vector<NodeLines> nodes;  ///< Parallel to graph.nodes.
 };
+
+/// Lists files (yaml_files()); `describe` reads one, and throws InputError if it is invalid.
+std::vector<FileListing> list_files(const std::map<std::string, std::filesystem::path>& files,
+                                    const std::function<void(FileListing&)>& describe);
 
 // The parts of a graph file, in this order. All functions throw InputError.
 

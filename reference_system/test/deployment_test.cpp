@@ -36,7 +36,7 @@ class Deployments : public testing::Test {
 TEST_F(Deployments, EveryTaskHasAnExecutorInAllShippedDeployments) {
   std::vector<std::string> names;
   for (const DeploymentPreset& preset : deployment_presets()) names.emplace_back(preset.name);
-  for (const DeploymentListing& d : list_deployment_files()) {
+  for (const FileListing& d : list_deployment_files()) {
     names.push_back(d.name);
     EXPECT_EQ(d.description, find(d.name).description);
     EXPECT_EQ(d.error, "");
@@ -80,7 +80,7 @@ TEST_F(Deployments, ListedFilesComeWithDescriptionOrErrorAndPresetsHideThem) {
   const auto listings = list_deployment_files();
   unsetenv("HOTPATH_DEPLOYMENTS");
   const auto listed = [&](const std::string& name) {
-    return std::ranges::find(listings, name, &DeploymentListing::name);
+    return std::ranges::find(listings, name, &FileListing::name);
   };
   EXPECT_EQ(listed("single"), listings.end());
   ASSERT_NE(listed("plain"), listings.end());

@@ -30,7 +30,7 @@ TEST(FindChains, OfEquallyLongOnesTakesThatWithMostWork) {
 }
 
 TEST(FindChains, ReturnsValidChains) {
-  for (const GraphListing& listing : list_graphs()) {
+  for (const FileListing& listing : list_graphs()) {
     Graph graph = load_graph(listing.path);
     graph.chains = find_chains(graph, make_tasks(graph), 1000);
     EXPECT_NO_THROW((void)load(graph_yaml(graph))) << graph_yaml(graph);

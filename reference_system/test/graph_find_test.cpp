@@ -41,8 +41,8 @@ TEST_F(FindGraph, LeavesPathsAsTheyAreAndSuggestsTheNearestName) {
 }
 
 TEST_F(FindGraph, IsAnsweredByTheList) {
-  std::map<std::string, GraphListing> listed;
-  for (const GraphListing& listing : list_graphs()) listed[listing.name] = listing;
+  std::map<std::string, FileListing> listed;
+  for (const FileListing& listing : list_graphs()) listed[listing.name] = listing;
   EXPECT_EQ(listed["mine"].description, "my own");
   EXPECT_EQ(listed["mine"].nodes, 1U);
   EXPECT_EQ(listed["mine"].error, "");

@@ -19,7 +19,7 @@ using testing::HasSubstr;
 
 TEST(GraphWriter, WritesEveryFeatureOfAGraph) {
   std::vector<Graph> graphs = {load(kEverything)};
-  for (const GraphListing& listing : list_graphs()) graphs.push_back(load_graph(listing.path));
+  for (const FileListing& listing : list_graphs()) graphs.push_back(load_graph(listing.path));
   for (const GraphKey& key : graph_keys::kAll) {  // of timers
     if ((key.of & graph_keys::kTimed) != graph_keys::kTimed || key.name == "period_ms") continue;
     graphs.push_back(

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "hotpath/core/thread_policy.hpp"
-#include "hotpath/reference_system/graph.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 
 namespace hotpath {
 
@@ -81,16 +81,8 @@ void write_cie(std::ostream& out, const Graph& graph, const GraphTasks& tasks, c
 [[nodiscard]] Deployment find_deployment(const std::string& name_or_path, const Graph& graph,
                                          const GraphTasks& tasks);
 
-/// One deployment file in these folders.
-struct DeploymentListing {
-  std::string name;  ///< The argument of find_deployment: the file name without .yaml.
-  std::string description;
-  /// The reason why the file is invalid; owners are not checked, because that requires a graph.
-  std::string error;
-};
-
 /// All files that are available by bare name, sorted by name, except those hidden by a preset of
 /// the same name.
-[[nodiscard]] std::vector<DeploymentListing> list_deployment_files();
+[[nodiscard]] std::vector<FileListing> list_deployment_files();
 
 }  // namespace hotpath

@@ -34,18 +34,20 @@ inline constexpr std::size_t kMaxHistory = 63;
 /// (separated by colons), then in the built-in folders. Throws InputError if there is no such file.
 [[nodiscard]] std::string find_graph(const std::string& name_or_path);
 
-/// One graph file in these folders.
-struct GraphListing {
-  std::string name;  ///< The argument of find_graph: the file name without .yaml.
-  std::string description;
-  std::size_t nodes = 0;
+/// A file that is available by bare name: a graph, or a deployment.
+struct FileListing {
+  std::string name;  ///< The argument of find_graph or find_deployment: the file name without .yaml.
   std::string path;
-  std::string error;  ///< The reason why the file is not a valid graph; empty if it is valid.
+  std::string description;
+  std::size_t nodes = 0;  ///< Of a graph.
+  /// The reason why the file is invalid; empty if it is valid. Owners of a deployment are not checked,
+  /// because that requires a graph.
+  std::string error;
 };
 
 /// All graphs that are available by bare name, sorted by name. If two files have the same name,
 /// lists the one that find_graph takes.
-[[nodiscard]] std::vector<GraphListing> list_graphs();
+[[nodiscard]] std::vector<FileListing> list_graphs();
 
 /// The folder with the measurements of the real ROS 2 stack on the same workloads (its README
 /// describes the files), in the source tree or the installation. std::nullopt if it is in neither.
