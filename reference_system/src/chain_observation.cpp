@@ -74,7 +74,6 @@ ChainLanes::ChainLanes(const std::vector<ChainIndex>& chains, const Next& next) 
     const ChainIndex& chain = chains[c];
     Edges edges = edges_of(chain, next);
     const std::vector<std::size_t> to_sink = distances(before, chain.sink_tasks);
-    bool has_lanes = false;
     for (std::size_t s = 0; s < chain.sources.size(); ++s) {
       const std::vector<std::size_t> reached = distances(next, {chain.sources[s]});
       bool other_way = false;
@@ -84,11 +83,9 @@ ChainLanes::ChainLanes(const std::vector<ChainIndex>& chains, const Next& next) 
                     });
       }
       if (!other_way) continue;
-      has_lanes = true;
       begins_[chain.sources[s]].push_back(kLane | static_cast<TaskId>(lanes_.size()));
-      lanes_.push_back({c, s, chain.sources[s], static_cast<std::uint32_t>(edges_.size())});
+      lanes_.push_back({c, s, chain.sources[s]});
     }
-    if (!has_lanes) continue;
     edges_.push_back(std::move(edges));
   }
   if (lanes_.empty()) begins_.clear();
@@ -107,16 +104,15 @@ std::span<const TaskId> ChainLanes::begins(TaskId task) const {
 bool ChainLanes::keeps(TaskId entry, TaskId from, TaskId to) const {
   const std::size_t number = entry & ~kLane;
   if (number >= lanes_.size()) return false;  // of a message that is not of this graph
-  return std::ranges::binary_search(edges_[lanes_[number].edges], std::pair(from, to));
+  return std::ranges::binary_search(edges_[lanes_[number].chain], std::pair(from, to));
 }
 
 std::vector<TaskId> tasks_named(const Graph& graph, const GraphTasks& tasks, const std::string& name) {
   std::vector<TaskId> named;
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    if (graph.nodes[tasks.origin[id].node].name == name) named.push_back(id);
-  }
-  for (TaskId id = 0; named.empty() && id < tasks.set.size(); ++id) {
-    if (tasks.set[id].name == name) named.push_back(id);
+    // No task has the name of another node.
+    const bool of_node = graph.nodes[tasks.origin[id].node].name == name;
+    if (of_node || tasks.set[id].name == name) named.push_back(id);
   }
   return named;
 }

@@ -57,52 +57,39 @@ std::vector<ChainIndex> index_chains(const Graph& graph, const GraphTasks& tasks
 /// The tasks of the node with this name, or the task with this name; empty if neither exists.
 std::vector<TaskId> tasks_named(const Graph& graph, const GraphTasks& tasks, const std::string& name);
 
-/// Extracts a chain's latency from `message`, which the sink's job `out.sink`, started at
-/// `out.sink_start`, processed or produced. False if the message contains none of the chain's
-/// sources.
-template <class History>
-bool observe_chain(const History& history, const typename History::Message& message, const ChainIndex& chain,
-                   ChainObservation& out) {
-  out.names_jobs = History::kNamesJobs;
-  // The message may be the job's own, or another one that it took.
-  const auto is_own = [&] {
-    bool own = false;
-    history.find(message, std::span(&out.sink.task, 1),
-                 [&](const Stat& s) { own = s.start == out.sink_start; });
-    return own;
-  };
-  for (std::size_t i = 0; i < chain.sources.size(); ++i) {
-    const TaskId entry = history.entry(out.chain, i, chain.sources[i]);
-    if (!history.goes_on(message, entry, out.sink.task) && !is_own()) continue;
-    history.find(message, std::span(&entry, 1), [&](const Stat& stat) {
-      out.latest_source_start =
-          out.sources_seen == 0 ? stat.start : std::max(out.latest_source_start, stat.start);
-      out.sources_seen |= 1U << i;
-      out.source_sequence[i] = stat.sequence;
-    });
-  }
-  if (out.sources_seen == 0) return false;
-  for (const std::vector<TaskId>& node : chain.nodes) {
-    history.find(message, node, [&](const Stat& stat) { out.dropped += stat.dropped; });
-  }
-  return true;
-}
-
-/// Passes to `append` the observations of a job in `message` for the chains `ends` that the job
-/// ends, each chain at most once per job. `job` is its Activation.
+/// Passes to `append` what `message`, which a job processed or produced, tells of the chains `ends` that the
+/// job ends, each chain at most once per job. `job` is its Activation. Nothing for a chain none of whose
+/// sources is in the message.
 template <class History, class Job, class Append>
 void observe_chains(const History& history, const typename History::Message& message,
                     const std::vector<ChainIndex>& chains, std::span<const std::uint32_t> ends, Job& job,
                     Append&& append) {
-  for (const std::uint32_t chain : ends) {
-    if (std::find(job.observed.begin(), job.observed.end(), chain) != job.observed.end()) continue;
-    ChainObservation observation;
-    observation.chain = chain;
-    observation.sink = job.ref;
-    observation.sink_start = job.start;
-    if (!observe_chain(history, message, chains[chain], observation)) continue;
-    job.observed.push_back(chain);
-    append(observation);
+  // The message may be the job's own, or another one that it took.
+  const auto is_own = [&] {
+    bool own = false;
+    history.find(message, std::span(&job.ref.task, 1), [&](const Stat& s) { own = s.start == job.start; });
+    return own;
+  };
+  for (const std::uint32_t number : ends) {
+    if (std::find(job.observed.begin(), job.observed.end(), number) != job.observed.end()) continue;
+    const ChainIndex& chain = chains[number];
+    ChainObservation out{number, job.ref, job.start};
+    out.names_jobs = History::kNamesJobs;
+    for (std::size_t i = 0; i < chain.sources.size(); ++i) {
+      const TaskId entry = history.entry(number, i, chain.sources[i]);
+      if (!history.goes_on(message, entry, job.ref.task) && !is_own()) continue;
+      history.find(message, std::span(&entry, 1), [&](const Stat& stat) {
+        out.latest_source_start =
+            out.sources_seen == 0 ? stat.start : std::max(out.latest_source_start, stat.start);
+        out.sources_seen |= 1U << i;
+        out.source_sequence[i] = stat.sequence;
+      });
+    }
+    if (out.sources_seen == 0) continue;
+    for (const std::vector<TaskId>& node : chain.nodes)
+      history.find(message, node, [&](const Stat& stat) { out.dropped += stat.dropped; });
+    job.observed.push_back(number);
+    append(out);
   }
 }
 
@@ -194,11 +181,10 @@ class ChainLanes {
     std::uint32_t chain = 0;
     std::size_t source_index = 0;
     TaskId source = 0;
-    std::uint32_t edges = 0;  // index into edges_
   };
   std::vector<Lane> lanes_;
   std::vector<std::vector<TaskId>> begins_;                    // by task
-  std::vector<std::vector<std::pair<TaskId, TaskId>>> edges_;  // by chain with lanes; sorted
+  std::vector<std::vector<std::pair<TaskId, TaskId>>> edges_;  // by chain; sorted
 };
 
 }  // namespace hotpath
