@@ -24,14 +24,10 @@ std::unique_ptr<LiveNodes> make_nodes(const Graph& graph, const GraphTasks& task
     Messages::History::reserve(message, n);
   };
   std::unique_ptr<Transport<Message>> transport;
-  switch (options.transport) {
-    case TransportKind::fastdds:
-      transport = std::make_unique<FastDdsTransport<Messages>>(options.fastdds, tasks.set.size(), reserve);
-      break;
-    case TransportKind::intra_process:
-      transport = std::make_unique<IntraProcessTransport<Message>>(reserve);
-      break;
-  }
+  if (is_dds(options.transport))
+    transport = std::make_unique<FastDdsTransport<Messages>>(options.fastdds, tasks.set.size(), reserve);
+  else
+    transport = std::make_unique<IntraProcessTransport<Message>>(reserve);
   return std::make_unique<TypedLiveNodes<Messages>>(graph, tasks, options.calibration, memory, history,
                                                     std::move(transport));
 }

@@ -29,10 +29,8 @@ LiveSystem::LiveSystem(const Graph& graph, const GraphTasks& tasks, const LiveOp
     executors_.push_back(
         std::make_unique<Executor>(own, std::move(scheduler), *nodes_, std::move(logs), threads));
   }
-  nodes_->connect(*this);
-  if (!sensor_) return;
-  sensor_->create(graph, tasks);
-  nodes_->report_to(*sensor_);
+  nodes_->connect(*this, sensor_.get());
+  if (sensor_) sensor_->create(graph, tasks);
 }
 
 LiveSystem::~LiveSystem() {

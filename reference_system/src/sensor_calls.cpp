@@ -27,33 +27,33 @@ std::unique_ptr<const SensorCalls> SensorCalls::find() {
 }
 
 void SensorCalls::create(const Graph& graph, const GraphTasks& tasks) const {
-  executor_(handle(Entity::executor, 0), "live");
-  std::vector<bool> created(graph.nodes.size());
+  call("hotpath_watch_executor", handle(Entity::executor, 0), "live");
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     if (!tasks.set[id].local) continue;
     const TaskOrigin& origin = tasks.origin[id];
     const Node& of = graph.nodes[origin.node];
     const void* const node = handle(Entity::node, origin.node);
-    if (!created[origin.node]) {
-      created[origin.node] = true;
-      node_(node, node, of.name.c_str(), "/");
+    if (origin.callback == 0) {
+      call("ros_trace_rcl_node_init", node, node, of.name.c_str(), "/");
       for (std::uint32_t o = 0; o < of.outputs.size(); ++o) {
         const void* const publisher = publisher_of(origin.node, o);
-        publisher_(publisher, node, publisher, ("/" + of.outputs[o]).c_str(), 1);
+        call("ros_trace_rcl_publisher_init", publisher, node, publisher, ("/" + of.outputs[o]).c_str(),
+             std::size_t{1});
       }
     }
     const void* const callback = handle(Entity::callback, id);
     if (origin.input) {
       const Input& input = of.inputs[*origin.input];
       const void* const subscription = handle(Entity::subscription, id);
-      subscription_(subscription, node, subscription, ("/" + input.topic).c_str(), input.depth);
-      rclcpp_subscription_(subscription, subscription);
-      subscription_callback_(subscription, callback);
+      call("ros_trace_rcl_subscription_init", subscription, node, subscription, ("/" + input.topic).c_str(),
+           std::size_t{input.depth});
+      call("ros_trace_rclcpp_subscription_init", subscription, subscription);
+      call("ros_trace_rclcpp_subscription_callback_added", subscription, callback);
     } else {
       const void* const timer = handle(Entity::timer, id);
-      timer_(timer, tasks.set[id].period.count());
-      timer_callback_(timer, callback);
-      timer_node_(timer, node);
+      call("ros_trace_rcl_timer_init", timer, tasks.set[id].period.count());
+      call("ros_trace_rclcpp_timer_callback_added", timer, callback);
+      call("ros_trace_rclcpp_timer_link_node", timer, node);
     }
   }
 }

@@ -48,7 +48,7 @@ RclcppSystem::RclcppSystem(const Graph& graph, const GraphTasks& tasks, const nl
   nodes_ = std::make_unique<TypedLiveNodes<Messages>>(
       graph, tasks_, Calibration{plan.at("divisions_per_us")}, memory,
       TaskHistory<BoundedMessage>(ChainLanes(graph, tasks_)), std::move(transport));
-  nodes_->connect(*this);
+  nodes_->connect(*this, nullptr);
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     const auto feeders = std::ranges::count_if(
         tasks.set.tasks, [&](const Task& t) { return std::ranges::count(t.feeds, id) > 0; });

@@ -43,39 +43,27 @@ class SensorCalls {
   };
   SensorCalls() = default;
 
-  const Call<Handle, Handle, const char*, const char*> node_ = Named{"ros_trace_rcl_node_init"};
-  const Call<Handle, Handle, Handle, const char*, std::size_t> publisher_ =
-      Named{"ros_trace_rcl_publisher_init"};
-  const Call<Handle, Handle, Handle, const char*, std::size_t> subscription_ =
-      Named{"ros_trace_rcl_subscription_init"};
-  const Call<Handle, Handle> rclcpp_subscription_ = Named{"ros_trace_rclcpp_subscription_init"};
-  const Call<Handle, Handle> subscription_callback_ = Named{"ros_trace_rclcpp_subscription_callback_added"};
-  const Call<Handle, std::int64_t> timer_ = Named{"ros_trace_rcl_timer_init"};
-  const Call<Handle, Handle> timer_callback_ = Named{"ros_trace_rclcpp_timer_callback_added"};
-  const Call<Handle, Handle> timer_node_ = Named{"ros_trace_rclcpp_timer_link_node"};
+  /// Calls a function that no job waits for.
+  template <class... Arguments>
+  static void call(const char* name, Arguments... arguments) {
+    sensor_call<void(Arguments...)>(name)(arguments...);
+  }
+
   const Call<Handle, Handle, std::int64_t, bool> take_ = Named{"ros_trace_rmw_take"};
   const Call<Handle, bool> start_ = Named{"ros_trace_callback_start"};
   const Call<Handle> end_ = Named{"ros_trace_callback_end"};
   const Call<Handle, Handle> rcl_publish_ = Named{"ros_trace_rcl_publish"};
   const Call<Handle, Handle, std::int64_t> rmw_publish_ = Named{"ros_trace_rmw_publish"};
-  const Call<Handle, const char*> executor_ = Named{"hotpath_watch_executor"};
   const Call<Handle, std::uint64_t, std::int64_t, std::int64_t> job_ = Named{"hotpath_watch_job"};
 };
 
 /// The transport between the nodes of a live system.
 enum class TransportKind : std::uint8_t { fastdds, intra_process };
-struct TransportTraits {
-  TransportKind value;
-  const char* text;
-  bool is_dds;  ///< It needs Fast DDS, takes the options of DDS, and connects processes.
-};
 constexpr auto enum_texts(TransportKind) {
-  return std::to_array<TransportTraits>(
-      {{TransportKind::fastdds, "fastdds", true}, {TransportKind::intra_process, "intra_process", false}});
+  return texts_in_order<TransportKind>({"fastdds", "intra_process"});
 }
-constexpr bool is_dds(TransportKind transport) {
-  return enum_texts(transport)[static_cast<std::size_t>(transport)].is_dds;
-}
+/// Whether it needs Fast DDS, takes the options of DDS, and connects processes.
+constexpr bool is_dds(TransportKind transport) { return transport == TransportKind::fastdds; }
 
 /// Whether this build has the `fastdds` transport.
 [[nodiscard]] bool has_fastdds();
@@ -101,12 +89,11 @@ struct LiveOptions {
 class LiveNodes : public JobHandler {
  public:
   virtual ~LiveNodes() = default;
-  /// Creates the endpoints; samples go to `sink`. Throws TransportError.
-  virtual void connect(SampleSink& sink) = 0;
+  /// Creates the endpoints; samples go to `sink`. `sensor`, which outlives the nodes, hears of the jobs;
+  /// nullptr: none. Throws TransportError.
+  virtual void connect(SampleSink& sink, const SensorCalls* sensor) = 0;
   /// See Transport.
   virtual void wait_until_matched(Time deadline) = 0;
-  /// States the jobs to the sensor, which outlives the nodes. Before the first job.
-  virtual void report_to(const SensorCalls& sensor) = 0;
 };
 
 /// Creates the nodes on the requested transport. Throws TransportError.

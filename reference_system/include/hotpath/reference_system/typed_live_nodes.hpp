@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <deque>
 #include <map>
 #include <memory>
 #include <string>
@@ -48,7 +47,7 @@ class TypedLiveNodes final : public LiveNodes {
         chain_logs_(memory.chains()),
         ends_(tasks.set.size()),
         transport_(std::move(transport)),
-        local_(tasks.set.size(), nullptr),
+        nodes_(graph.nodes.size()),
         jobs_(chain_logs_.size()) {
     for (std::uint32_t c = 0; c < chains_.size(); ++c) {
       for (const TaskId id : chains_[c].sink_tasks) ends_[id].push_back(c);
@@ -57,24 +56,22 @@ class TypedLiveNodes final : public LiveNodes {
       work_.push_back(parts_of(graph.work, callback, calibration.divisions_per_us));
   }
 
-  void connect(SampleSink& sink) override {
+  void connect(SampleSink& sink, const SensorCalls* sensor) override {
+    sensor_ = sensor;
     std::map<std::string, std::uint32_t> readers, writers;
     for (const Node& node : graph_.nodes) {
       for (const Input& input : node.inputs) ++readers[input.topic];
       for (const std::string& output : node.outputs) ++writers[output];
     }
     for (TaskId id = 0; id < tasks_.set.size(); ++id) {
-      if (!tasks_.set[id].local) continue;
       const TaskOrigin origin = tasks_.origin[id];
+      if (!tasks_.set[id].local || origin.callback > 0) continue;
       const Node& node = graph_.nodes[origin.node];
-      if (origin.callback == 0) {
-        Local& local = locals_.emplace_back(node, history_);
-        for (const std::string& output : node.outputs) {
-          local.writers.push_back(transport_->add_writer(output, 1, readers[output]));
-        }
-        for (Activation<Messages>& job : jobs_) local.logic.reserve(job, chains_.size());
+      Local& local = *(nodes_[origin.node] = std::make_unique<Local>(node, history_));
+      for (const std::string& output : node.outputs) {
+        local.writers.push_back(transport_->add_writer(output, 1, readers[output]));
       }
-      local_[id] = &locals_.back();
+      for (Activation<Messages>& job : jobs_) local.logic.reserve(job, chains_.size());
     }
     // Readers created after their writer get samples in the order in which the readers were created,
     // within one process: with Fast DDS, also through rclcpp, and with the in-process transport.
@@ -88,13 +85,12 @@ class TypedLiveNodes final : public LiveNodes {
 
   void wait_until_matched(Time deadline) override { transport_->wait_until_matched(deadline); }
 
-  void report_to(const SensorCalls& sensor) override { sensor_ = &sensor; }
-
   void run(const Job& job, Time start, Sample sample, Worker worker) override {
     if (sensor_ != nullptr) sensor_->start(job, static_cast<bool>(sample));
-    Local& node = *local_[job.task];
+    const TaskOrigin& origin = tasks_.origin[job.task];
+    Local& node = *nodes_[origin.node];
     Activation<Messages>& activation = jobs_[worker];
-    node.logic.start(tasks_.origin[job.task].callback, job.ref(), std::move(sample), start, activation);
+    node.logic.start(origin.callback, job.ref(), std::move(sample), start, activation);
     if (activation.works) {
       for (const WorkPart& part : work_[job.task]) {
         const std::int64_t result = part.burn(start);
@@ -149,9 +145,8 @@ class TypedLiveNodes final : public LiveNodes {
   std::vector<std::vector<WorkPart>> work_;       // per task: up to each instant of publication, and the end
 
   std::unique_ptr<Transport<Message>> transport_;  // declared before everything that holds its samples
-  std::deque<Local> locals_;
-  std::vector<Local*> local_;               // by task; nullptr: in another process
-  std::vector<Activation<Messages>> jobs_;  // by worker
+  std::vector<std::unique_ptr<Local>> nodes_;      // nullptr: in another process
+  std::vector<Activation<Messages>> jobs_;         // by worker
 };
 
 }  // namespace hotpath
