@@ -98,12 +98,7 @@ rusage RunLife::own_usage() {
   return usage;
 }
 
-Duration RunLife::cpu_time(const rusage& usage) {
-  return std::chrono::seconds(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
-         std::chrono::microseconds(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
-}
-
-std::string RunLife::as_text(const std::vector<WorkerThread>& workers) {
+ChannelMessage RunLife::begun(const std::vector<WorkerThread>& workers) {
   constexpr std::size_t kMostOneByOne = 8;
   std::vector<std::string> texts;
   std::map<std::string, int> counts;
@@ -115,13 +110,23 @@ std::string RunLife::as_text(const std::vector<WorkerThread>& workers) {
     texts.clear();
     for (const auto& [worker, count] : counts) texts.push_back(std::to_string(count) + " x " + worker);
   }
-  return joined(texts, ", ");
-}
-
-bool RunLife::timers_are_ordinary(const std::vector<WorkerThread>& workers) {
-  return std::any_of(workers.begin(), workers.end(), [](const WorkerThread& w) {
+  const bool ordinary_timers = std::ranges::any_of(workers, [](const WorkerThread& w) {
     return w.role == WorkerRole::timer_management && w.policy == ThreadPolicy{};
   });
+  return {Kind::begun, {ordinary_timers}, joined(texts, ", ")};
+}
+
+ChannelMessage RunLife::done(const rusage& before, const rusage& after) {
+  const auto cpu_time = [](const rusage& usage) -> Duration {
+    return std::chrono::seconds(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+           std::chrono::microseconds(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+  };
+  ChannelMessage usage(Kind::done);
+  usage.number[ChannelMessage::cpu_time_ns] = (cpu_time(after) - cpu_time(before)).count();
+  usage.number[ChannelMessage::peak_memory_kib] = after.ru_maxrss;
+  usage.number[ChannelMessage::voluntary_switches] = after.ru_nvcsw - before.ru_nvcsw;
+  usage.number[ChannelMessage::involuntary_switches] = after.ru_nivcsw - before.ru_nivcsw;
+  return usage;
 }
 
 }  // namespace hotpath

@@ -24,18 +24,16 @@ constexpr std::size_t aligned(std::size_t n) { return (n + kAlignment - 1) / kAl
 std::size_t counter_bytes(const RunMemory::Size& size) {
   return aligned((size.tasks + 1) * sizeof(std::atomic<std::uint64_t>));
 }
-std::size_t job_log_bytes(const RunMemory::Size& size) {
-  return aligned(RecordLog<JobRecord>::bytes(size.jobs));
-}
-std::size_t chain_log_bytes(const RunMemory::Size& size) {
-  return aligned(RecordLog<ChainObservation>::bytes(size.chains));
+template <class Record>
+std::size_t log_bytes(std::uint64_t records) {
+  return aligned(RecordLog<Record>::bytes(records));
 }
 
 }  // namespace
 
 std::size_t RunMemory::bytes(const Size& size) {
-  return counter_bytes(size) + (size.workers + size.executors) * job_log_bytes(size) +
-         size.workers * chain_log_bytes(size);
+  return counter_bytes(size) + (size.workers + size.executors) * log_bytes<JobRecord>(size.jobs) +
+         size.workers * log_bytes<ChainObservation>(size.chains);
 }
 
 RunMemory::RunMemory(const Size& size) : descriptor_(memfd_create("hotpath_run", MFD_CLOEXEC)) {
@@ -48,8 +46,6 @@ RunMemory::RunMemory(const Size& size, int descriptor) : descriptor_(descriptor)
 }
 
 void RunMemory::map(const Size& size, bool create) {
-  const std::size_t counters = counter_bytes(size), job_log = job_log_bytes(size);
-  const std::size_t chain_log = chain_log_bytes(size);
   bytes_ = bytes(size);
 
   // Shared with processes forked later. Populated now, to avoid page faults on the job path.
@@ -66,15 +62,14 @@ void RunMemory::map(const Size& size, bool create) {
   for (std::size_t i = 0; create && i <= size.tasks; ++i) new (counter + i) std::atomic<std::uint64_t>(0);
   published_ = {counter, size.tasks};
   rejected_ = counter + size.tasks;
-  next += counters;
-  for (std::uint32_t i = 0; i < size.workers + size.executors; ++i, next += job_log) {
-    using Log = RecordLog<JobRecord>;
-    jobs_.push_back(create ? Log::create(next, size.jobs) : Log::open(next));
-  }
-  for (std::uint32_t i = 0; i < size.workers; ++i, next += chain_log) {
-    using Log = RecordLog<ChainObservation>;
-    chains_.push_back(create ? Log::create(next, size.chains) : Log::open(next));
-  }
+  next += counter_bytes(size);
+  const auto add_logs = [&]<class Record>(std::vector<RecordLog<Record>>& logs, std::uint32_t count,
+                                          std::uint64_t records) {
+    for (logs.reserve(count); logs.size() < count; next += log_bytes<Record>(records))
+      logs.push_back(create ? RecordLog<Record>::create(next, records) : RecordLog<Record>::open(next));
+  };
+  add_logs(jobs_, size.workers + size.executors, size.jobs);
+  add_logs(chains_, size.workers, size.chains);
 }
 
 RunMemory::~RunMemory() {

@@ -110,7 +110,7 @@ class RunLife {
     const ChannelMessage begin = expect(Kind::begin);
     const Time epoch = from_ns(begin.number[0]), end = from_ns(begin.number[1]);
     system.start(epoch, end);
-    tell({Kind::begun, {timers_are_ordinary(system.workers())}, as_text(system.workers())});
+    tell(begun(system.workers()));
     const bool goes_on = wait(epoch, system);
     const rusage before = own_usage();
     if (goes_on) wait(end, system);
@@ -122,12 +122,7 @@ class RunLife {
     settle();
     // Other processes may have stopped later: what became ready here until then belongs to the run.
     system.close(std::max(ended, end_of_run));
-    ChannelMessage done(Kind::done);
-    done.number[ChannelMessage::cpu_time_ns] = (cpu_time(after) - cpu_time(before)).count();
-    done.number[ChannelMessage::peak_memory_kib] = after.ru_maxrss;
-    done.number[ChannelMessage::voluntary_switches] = after.ru_nvcsw - before.ru_nvcsw;
-    done.number[ChannelMessage::involuntary_switches] = after.ru_nivcsw - before.ru_nivcsw;
-    tell(done);
+    tell(done(before, after));
     expect(Kind::leave);  // a writer that goes takes samples with it that another process still awaits
   }
 
@@ -152,10 +147,8 @@ class RunLife {
   void tell(const ChannelMessage& message) const;
 
   static rusage own_usage();
-  static Duration cpu_time(const rusage& usage);
-  static std::string as_text(const std::vector<WorkerThread>& workers);
-  /// Whether the timer management thread runs under the ordinary policy.
-  static bool timers_are_ordinary(const std::vector<WorkerThread>& workers);
+  static ChannelMessage begun(const std::vector<WorkerThread>& workers);
+  static ChannelMessage done(const rusage& before, const rusage& after);
 
   const Channel& coordinator_;
 };
