@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The configuration of tier4's callback_isolated_executor (cie_thread_configurator/README.md).
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <map>
 #include <ostream>
@@ -17,11 +18,15 @@ namespace {
 
 using Class = ThreadPolicy::Class;
 
-/// The executor's names of policies.
-constexpr std::array kPolicies = {
-    EnumText<Class>{Class::other, "SCHED_OTHER"}, EnumText<Class>{Class::batch, "SCHED_BATCH"},
-    EnumText<Class>{Class::idle, "SCHED_IDLE"},   EnumText<Class>{Class::fifo, "SCHED_FIFO"},
-    EnumText<Class>{Class::rr, "SCHED_RR"},       EnumText<Class>{Class::deadline, "SCHED_DEADLINE"}};
+/// The executor's names of policies, in the order of ThreadPolicy::Class.
+std::vector<std::string> policies() {
+  std::vector<std::string> names = words<Class>();
+  for (std::string& name : names) {
+    std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::toupper(c); });
+    name.insert(0, "SCHED_");
+  }
+  return names;
+}
 
 std::string absolute(const std::string& name) { return name.starts_with('/') ? name : "/" + name; }
 
@@ -74,10 +79,7 @@ std::set<std::uint32_t> executors_of(const YamlValue& id, const ExecutorsOf& all
 
 ThreadPolicy read_policy(const YamlMap& map) {
   const YamlValue given = map.require("policy", "SCHED_OTHER");
-  std::vector<std::string> words;
-  words.reserve(kPolicies.size());
-  for (const auto& policy : kPolicies) words.emplace_back(policy.text);
-  ThreadPolicy policy{kPolicies[given.choice(words)].value};
+  ThreadPolicy policy{static_cast<Class>(given.choice(policies()))};
   if (policy.scheduling_class == Class::deadline) {
     for (const auto& [key, part] :
          {std::pair{"runtime", &ThreadPolicy::runtime}, std::pair{"deadline", &ThreadPolicy::deadline},
@@ -103,7 +105,7 @@ void write_threads(std::ostream& out, const DeployedExecutor& executor) {
   out << "    affinity:";
   for (const int processor : executor.processors) out << "\n      - " << processor;
   const ThreadPolicy& policy = executor.policy;
-  const auto word = std::ranges::find(kPolicies, policy.scheduling_class, &EnumText<Class>::value)->text;
+  const std::string word = policies()[static_cast<std::size_t>(policy.scheduling_class)];
   out << (executor.processors.empty() ? " ~" : "") << "\n    policy: " << word << "\n";
   if (policy.scheduling_class == Class::deadline) {
     out << "    runtime: " << policy.runtime.count() << "\n    deadline: " << policy.deadline.count()

@@ -84,11 +84,10 @@ class Writer : private YamlWriter {
     std::map<std::string, std::size_t> publishers;
     for (const Node& n : graph_.nodes)
       for (const std::string& topic : n.outputs) ++publishers[topic];
-    std::set<std::string> topics;
+    std::set<std::string> topics = graph_.intra_process;
     for (const auto& [topic, count] : publishers)
       if (count > 1) topics.insert(topic);
     for (const auto& [topic, order] : graph_.delivery) topics.insert(topic);
-    topics.insert(graph_.intra_process.begin(), graph_.intra_process.end());
     if (topics.empty()) return;
     key("topics") << YAML::BeginMap;
     for (const std::string& topic : topics) {

@@ -26,57 +26,6 @@ std::uint64_t uniform(std::mt19937_64& generator, std::uint64_t bound) {
   return drawn % bound;
 }
 
-}  // namespace
-
-std::vector<Duration> creation_instants(const Graph& graph, const GraphTasks& tasks,
-                                        std::optional<Duration> step) {
-  std::vector<Duration> finished;  // end of each node's creation
-  Duration now{};
-  for (const Node& node : graph.nodes) {
-    const auto endpoints = static_cast<std::int64_t>(node.inputs.size() + node.outputs.size());
-    now += step.value_or(kNodeCreation + endpoints * kEndpointCreation);
-    finished.push_back(now);
-  }
-  std::vector<Duration> instants(tasks.set.size());
-  std::optional<Duration> first;
-  for (const TaskId id : tasks.set.timers()) {
-    const Duration instant = finished[tasks.origin[id].node];
-    if (!first) first = instant;
-    instants[id] = instant - *first;
-  }
-  return instants;
-}
-
-std::vector<Duration> make_phases(const Graph& graph, const GraphTasks& tasks, Phases phases,
-                                  const PhaseOptions& options) {
-  std::vector<Duration> first(tasks.set.size());
-  if (phases == Phases::creation) first = creation_instants(graph, tasks, options.step);
-  std::mt19937_64 generator(options.seed);
-  for (const TaskId id : tasks.set.timers()) {
-    const Task& task = tasks.set[id];
-    switch (phases) {
-      case Phases::creation:
-        first[id] += task.period;
-        break;
-      case Phases::synchronous:
-        break;
-      case Phases::given:
-        if (!tasks.callbacks[id].phase) {
-          throw std::invalid_argument("graph " + graph.name + " gives no phase for the timer " + task.name +
-                                      "; add `phase_ms` to it, or give a file of phases");
-        }
-        first[id] = *tasks.callbacks[id].phase;
-        break;
-      case Phases::random:
-        first[id] = Duration(uniform(generator, static_cast<std::uint64_t>(task.period.count())));
-        break;
-    }
-  }
-  return first;
-}
-
-namespace {
-
 /// A timer's phase as a file states it.
 struct PhaseRow {
   std::size_t line = 0;
@@ -142,6 +91,53 @@ std::vector<PhaseRow> rows_of(const std::string& executor, CsvReader& csv, const
 }
 
 }  // namespace
+
+std::vector<Duration> creation_instants(const Graph& graph, const GraphTasks& tasks,
+                                        std::optional<Duration> step) {
+  std::vector<Duration> finished;  // end of each node's creation
+  Duration now{};
+  for (const Node& node : graph.nodes) {
+    const auto endpoints = static_cast<std::int64_t>(node.inputs.size() + node.outputs.size());
+    now += step.value_or(kNodeCreation + endpoints * kEndpointCreation);
+    finished.push_back(now);
+  }
+  std::vector<Duration> instants(tasks.set.size());
+  std::optional<Duration> first;
+  for (const TaskId id : tasks.set.timers()) {
+    const Duration instant = finished[tasks.origin[id].node];
+    if (!first) first = instant;
+    instants[id] = instant - *first;
+  }
+  return instants;
+}
+
+std::vector<Duration> make_phases(const Graph& graph, const GraphTasks& tasks, Phases phases,
+                                  const PhaseOptions& options) {
+  std::vector<Duration> first(tasks.set.size());
+  if (phases == Phases::creation) first = creation_instants(graph, tasks, options.step);
+  std::mt19937_64 generator(options.seed);
+  for (const TaskId id : tasks.set.timers()) {
+    const Task& task = tasks.set[id];
+    switch (phases) {
+      case Phases::creation:
+        first[id] += task.period;
+        break;
+      case Phases::synchronous:
+        break;
+      case Phases::given:
+        if (!tasks.callbacks[id].phase) {
+          throw std::invalid_argument("graph " + graph.name + " gives no phase for the timer " + task.name +
+                                      "; add `phase_ms` to it, or give a file of phases");
+        }
+        first[id] = *tasks.callbacks[id].phase;
+        break;
+      case Phases::random:
+        first[id] = Duration(uniform(generator, static_cast<std::uint64_t>(task.period.count())));
+        break;
+    }
+  }
+  return first;
+}
 
 std::vector<Duration> read_phases(const std::string& path, const Graph& graph, const std::string& executor) {
   std::ifstream in = open_input(path, "give the path of a readable file of phases");

@@ -26,9 +26,7 @@ std::string graph_node_name(const std::string& ros_name) {
 
 const Node* find_ros_node(const Graph& graph, const std::string& ros_name) {
   const std::string name = graph_node_name(ros_name);
-  if (const auto found = std::ranges::find(graph.nodes, name, &Node::name); found != graph.nodes.end()) {
-    return &*found;
-  }
+  if (const Node* const found = graph.find(name)) return found;
   const std::string bare = name.substr(name.rfind('.') + 1);
   const Node* only = nullptr;
   for (const Node& node : graph.nodes) {

@@ -120,11 +120,6 @@ inline SampleInfo read_info(const Message4kb& m) {
           {static_cast<TaskId>(m.data()[3]), static_cast<std::uint64_t>(m.data()[4])}};
 }
 
-}  // namespace msg
-
-// Templates find the functions of a message by argument-dependent lookup.
-namespace msg {
-
 inline TaskId task_of(const Contribution& entry) { return entry.task(); }
 
 inline Stat stat_of(const Contribution& entry) {

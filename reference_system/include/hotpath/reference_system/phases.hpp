@@ -49,9 +49,8 @@ struct PhaseOptions {
 
 /// First timestamps from a CSV file, indexed by the tasks of make_tasks(graph). Three forms:
 ///  - `task,first_release_ms` or `task,created_ms`: one row for each timer;
-///  - columns `executor` and `created_ms_NODE` for each timer: the row of that executor, where the row `NAME
-///  (RULE)`
-///    counts as executor NAME unless another row is called just NAME;
+///  - columns `executor` and `created_ms_NODE` for each timer: the row of that executor, where the row
+///    `NAME (RULE)` counts as executor NAME unless another row is called just NAME;
 ///  - a golden trace (reference_system/ros2_reference/traces): its header.
 /// A timer's first timestamp is its creation plus its period. Blank lines are skipped.
 /// Throws InputError.

@@ -108,7 +108,6 @@ class BoundedHistory {
   [[nodiscard]] Stat* begin() { return entries_.data(); }
   [[nodiscard]] Stat* end() { return entries_.data() + size_; }
   [[nodiscard]] std::size_t size() const { return size_; }
-  void reserve(std::size_t) {}
   void clear() { size_ = 0; }
   /// Entries of a history.
   void assign(const Stat* first, const Stat* last) {
