@@ -121,9 +121,7 @@ Duration GraphWorkload::start(const Job& job, Time now) {
   SimulatedSample sample = origin.input ? take(job.task, job.sequence) : SimulatedSample();
   node_of(job.task).start(origin.callback, job.ref(), std::move(sample), now, running);
   const Duration time = running.works ? times_.of(job) : Duration{};
-  running.early = false;
-  for (std::size_t i = 0; i < running.messages.size(); ++i)
-    running.early |= nodes_[origin.node]->share(running, i) < 1;
+  running.early = std::ranges::any_of(running.messages, [](const auto& message) { return message.at < 1; });
   if (!running.early) return time;
   running.time = time;
   running.done = Duration{};
@@ -153,8 +151,7 @@ void GraphWorkload::publish(Running& job, std::size_t index) {
 }
 
 Duration GraphWorkload::instant_of(const Running& job, std::size_t message) const {
-  const double share = nodes_[tasks_.origin[job.ref.task].node]->share(job, message);
-  return Duration(std::llround(share * static_cast<double>(job.time.count())));
+  return Duration(std::llround(job.messages[message].at * static_cast<double>(job.time.count())));
 }
 
 Duration GraphWorkload::next_instant(const Running& job) const {

@@ -25,7 +25,9 @@ struct Activation {
   struct Message {
     std::uint32_t publication = 0;  ///< Position among the callback's publications.
     std::uint32_t dropped = 0;
-    std::uint32_t taken = 0;  ///< End of its samples among those of the job.
+    std::uint32_t taken = 0;   ///< End of its samples among those of the job.
+    std::uint32_t output = 0;  ///< Index into the node's outputs.
+    double at = 1;             ///< Share of the job's execution time before it.
   };
 
   JobRef ref;
@@ -113,7 +115,8 @@ class NodeLogic {
           job.taken.push_back(std::move(slot.held));
         }
       }
-      job.messages.push_back({p, dropped, static_cast<std::uint32_t>(job.taken.size())});
+      job.messages.push_back({p, dropped, static_cast<std::uint32_t>(job.taken.size()), publication.output,
+                              publication.what.at});
     }
     job.works = own.always_works || !job.messages.empty();
   }
@@ -129,19 +132,9 @@ class NodeLogic {
     }
   }
 
-  /// The output of the job's message `index`, as an index into the node's outputs.
-  [[nodiscard]] std::uint32_t output(const Activation<Messages>& job, std::size_t index) const {
-    return publication(job, index).output;
-  }
-
-  /// The share of the job's execution time before its message `index`.
-  [[nodiscard]] double share(const Activation<Messages>& job, std::size_t index) const {
-    return publication(job, index).what.at;
-  }
-
   /// Fills the job's message `index`.
   void finish(const Activation<Messages>& job, std::size_t index, Message& out) {
-    const OfPublication& publication = this->publication(job, index);
+    const OfPublication& publication = callbacks_[job.callback].publications[job.messages[index].publication];
     std::uint32_t dropped = job.messages[index].dropped;
     const std::lock_guard lock(mutex_);
     History::clear(out);
@@ -201,12 +194,9 @@ class NodeLogic {
     const auto same = [&](const Set& set) {
       return publication.rule == PublishRule::all_new && same_rule(set.what, publication);
     };
-    const auto known = std::find_if(sets_.begin(), sets_.end(), same);
-    if (known != sets_.end()) return static_cast<std::uint32_t>(known - sets_.begin());
-    Set& set = sets_.emplace_back();
-    set.what = publication;
-    set.slots.resize(publication.of.size());
-    return static_cast<std::uint32_t>(sets_.size() - 1);
+    auto set = std::find_if(sets_.begin(), sets_.end(), same);
+    if (set == sets_.end()) set = sets_.insert(set, {publication, std::vector<Slot>(publication.of.size())});
+    return static_cast<std::uint32_t>(set - sets_.begin());
   }
 
   void store(std::uint32_t input, OfCallback& callback) const {
@@ -221,10 +211,6 @@ class NodeLogic {
     };
     callback.keeps_sample = callback.stores.empty() ||
                             std::any_of(callback.publications.begin(), callback.publications.end(), needs_it);
-  }
-
-  const OfPublication& publication(const Activation<Messages>& job, std::size_t index) const {
-    return callbacks_[job.callback].publications[job.messages[index].publication];
   }
 
   /// Whether a job that starts now will publish it.

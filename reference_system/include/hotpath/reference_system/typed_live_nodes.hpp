@@ -95,7 +95,7 @@ class TypedLiveNodes final : public LiveNodes {
       for (const WorkPart& part : work_[job.task]) {
         const std::int64_t result = part.burn(start);
         for (std::size_t i = 0; i < activation.messages.size(); ++i) {
-          if (node.logic.share(activation, i) == part.end) publish(node, job, activation, i, result, worker);
+          if (activation.messages[i].at == part.end) publish(node, job, activation, i, result, worker);
         }
       }
       if (tasks_.readers[job.task].empty() && activation.own) {
@@ -115,13 +115,13 @@ class TypedLiveNodes final : public LiveNodes {
 
   void publish(Local& node, const Job& job, Activation<Messages>& activation, std::size_t index,
                std::int64_t result, Worker worker) {
-    const auto writer = node.writers[node.logic.output(activation, index)];
+    const std::uint32_t output = activation.messages[index].output;
+    const auto writer = node.writers[output];
     Message& message = transport_->borrow(writer);
     node.logic.finish(activation, index, message);
     observe(message, activation, worker);
     const SampleInfo info{now(), job.deadline, job.ref()};
-    if (sensor_ != nullptr)
-      sensor_->publish(tasks_.origin[job.task].node, node.logic.output(activation, index), info.published);
+    if (sensor_ != nullptr) sensor_->publish(tasks_.origin[job.task].node, output, info.published);
     complete(message, info, result);
     for (const TaskId reader : tasks_.readers[job.task][activation.messages[index].publication]) {
       memory_.published()[reader].fetch_add(1, std::memory_order_relaxed);
