@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Chains of a graph file, and chains found in a graph.
 #include <algorithm>
-#include <functional>
 #include <map>
 #include <numeric>
 #include <optional>

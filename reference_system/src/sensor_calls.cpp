@@ -3,7 +3,6 @@
 
 #include <bit>
 #include <string>
-#include <vector>
 
 namespace hotpath {
 
