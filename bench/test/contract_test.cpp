@@ -345,6 +345,8 @@ TEST(ContractReading, RejectsWhatItDoesNotUnderstand) {
       {node + "chains: [{name: c, sinks: [a (timer)]}]", "sources"},
       {node + "threads: [{name: c, callbacks: [a (timer)], policy: {value: soft, from: given}}]", "soft"},
       {node + "threads: [{name: c, callbacks: [a (timer)], processors: {value: [99], from: given}}]", "99"},
+      {node + "threads: [{name: c, callbacks: [a (timer)], processors: {value: [1, 1], from: given}}]",
+       "twice"},
       {"other: 1", "other"},
       {"callbacks: [{node: a, budget_ms: {value: 5, from: given}}, {node: a, period_ms: {value: 5, from: "
        "given}}]",

@@ -58,9 +58,7 @@ void read_limit(const YamlValue& limit, Term& term) {
   if (term.clause == Clause::minimum_distance && limit.is_list()) return read_distances(limit, term);
   if (traits.unit == Unit::ms) term.limit = limit.milliseconds(traits.zero).count();
   if (traits.unit == Unit::count) term.limit = limit.integer(traits.zero ? 0 : 1, kMostCount);
-  if (traits.unit == Unit::processors)
-    for (const YamlValue& processor : limit.list("a processor"))
-      term.processors.push_back(static_cast<int>(processor.integer(0, kMaxProcessor)));
+  if (traits.unit == Unit::processors) term.processors = read_processors(limit, "a processor");
   std::ranges::sort(term.processors);
   if (traits.unit != Unit::policy) return;
   try {

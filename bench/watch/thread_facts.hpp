@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <sched.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -200,10 +199,7 @@ class ThreadReader {
     ThreadFacts facts{thread.first, thread.second, timers};
     const auto id = static_cast<pid_t>(thread.second);
     const auto policy = thread_policy(id);
-    cpu_set_t set;
-    if (sched_getaffinity(id, sizeof set, &set) != 0) return;
-    for (int p = 0; p < CPU_SETSIZE; ++p)
-      if (CPU_ISSET(p, &set)) facts.processors.push_back(p);
+    facts.processors = allowed_cpus(id);
     if (!policy || facts.processors.empty() || !parse_stat(program::content_of(folder + "/stat"), facts) ||
         !parse_schedstat(program::content_of(folder + "/schedstat"), facts))
       return;

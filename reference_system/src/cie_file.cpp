@@ -141,8 +141,7 @@ Deployment read_cie(const std::string& path, const Graph& graph, const GraphTask
     if (!ids.insert(text).second) id.fail("callback group " + text + " occurs twice", "keep one");
     DeployedExecutor threads{text, "", read_policy(map), {}, map.line()};
     if (const auto given = map.find("affinity"); given && !given->is_null())
-      for (const YamlValue& processor : given->list("a processor of " + map.what()))
-        threads.processors.push_back(static_cast<int>(processor.integer(0, kMaxProcessor)));
+      threads.processors = read_processors(*given, "a processor of " + map.what());
     check_affinity(threads, path);
     for (const std::uint32_t e : executors_of(id, all, graph)) {
       DeployedExecutor& executor = deployment.executors[e];

@@ -145,14 +145,8 @@ class DeploymentReader {
         given->fail(error.what(), "see docs/deployments.md");
       }
     }
-    if (const auto given = map.find("processors")) {
-      for (const YamlValue& processor : given->list("a processor of " + executor.name)) {
-        const int number = static_cast<int>(processor.integer(0, kMaxProcessor));
-        if (std::ranges::count(executor.processors, number) > 0)
-          processor.fail("processor " + std::to_string(number) + " occurs twice", "name it once");
-        executor.processors.push_back(number);
-      }
-    }
+    if (const auto given = map.find("processors"))
+      executor.processors = read_processors(*given, "a processor of " + executor.name);
     check_affinity(executor, deployment_.file);
     executor.process = process(map.find("process"));
     own(map.require("owns", "[NODE] or rest"), executor.name);
@@ -295,6 +289,17 @@ std::vector<std::uint32_t> Deployment::process_of(const Graph& graph, const Grap
 }
 
 std::span<const DeploymentPreset> deployment_presets() { return kPresets; }
+
+std::vector<int> read_processors(const YamlValue& list, const std::string& item) {
+  std::vector<int> all;
+  for (const YamlValue& processor : list.list(item)) {
+    const int number = static_cast<int>(processor.integer(0, kMaxProcessor));
+    if (std::ranges::count(all, number) > 0)
+      processor.fail("processor " + std::to_string(number) + " occurs twice", "name it once");
+    all.push_back(number);
+  }
+  return all;
+}
 
 void check_affinity(const DeployedExecutor& executor, const std::string& file) {
   const bool deadline = executor.policy.scheduling_class == ThreadPolicy::Class::deadline;

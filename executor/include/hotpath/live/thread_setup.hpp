@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sys/types.h>
+
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -58,8 +60,8 @@ void minimise_timer_slack();
 /// ThreadSetupError with the processors that exist.
 void pin_to_cpus(const std::vector<int>& cpus);
 
-/// The processors on which the calling thread may run.
-[[nodiscard]] std::vector<int> allowed_cpus();
+/// The processors on which a thread may run; 0: the calling one. Empty if it has ended.
+[[nodiscard]] std::vector<int> allowed_cpus(pid_t thread = 0);
 
 /// Locks current and future memory (mlockall). Throws ThreadSetupError with the limit that forbids
 /// it.

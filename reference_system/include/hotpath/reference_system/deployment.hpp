@@ -13,6 +13,9 @@ namespace hotpath {
 
 /// The largest processor number in a file: ThreadPlan stores processors as 64 bits.
 inline constexpr std::int64_t kMaxProcessor = 63;
+class YamlValue;
+/// The processors in a list, each once; `item` names one of them. Throws InputError.
+[[nodiscard]] std::vector<int> read_processors(const YamlValue& list, const std::string& item);
 
 /// One executor of a deployment, and how the operating system treats its threads.
 struct DeployedExecutor {
