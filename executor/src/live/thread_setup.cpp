@@ -114,7 +114,7 @@ std::string refusal(const ThreadPolicyRequest& request) {
 
 void minimise_timer_slack() { prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL); }
 
-std::vector<int> allowed_cpus(pid_t thread) {
+std::vector<int> allowed_cpus(int thread) {
   cpu_set_t set;
   CPU_ZERO(&set);
   std::vector<int> cpus;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <sys/types.h>
-
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -61,7 +59,7 @@ void minimise_timer_slack();
 void pin_to_cpus(const std::vector<int>& cpus);
 
 /// The processors on which a thread may run; 0: the calling one. Empty if it has ended.
-[[nodiscard]] std::vector<int> allowed_cpus(pid_t thread = 0);
+[[nodiscard]] std::vector<int> allowed_cpus(int thread = 0);
 
 /// Locks current and future memory (mlockall). Throws ThreadSetupError with the limit that forbids
 /// it.
