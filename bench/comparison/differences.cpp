@@ -86,8 +86,8 @@ Percentiles percentiles_of(const Side& before, const Side& after) {
     const RepeatedSamples old = samples.resampled(), now = other->second.resampled();
     const BootstrapOptions resampling = {.pairs = are_pairs(key, before, after)};
     for (const auto& [judged, word] : enum_texts(results::Judged{})) {
-      const QuantileTraits& of = results::traits_of(judged);
-      const Estimate change = difference_of_quantiles(now, old, of.probability, resampling);
+      const auto& [percentile, p, of, has_interval] = results::traits_of(judged);
+      const Estimate change = difference_of_quantiles(now, old, p, resampling);
       const Verdict verdict = verdict_of(samples, other->second, change);
       ++all.verdicts[*key.latency][verdict];
       const std::string why = verdict == Verdict::not_comparable ? " (too few samples)" : "";
@@ -95,10 +95,9 @@ Percentiles percentiles_of(const Side& before, const Side& after) {
                     json(key.setting), json(key.executor), json(key.tasks)};
       Row shown = {text_of(key)};
       for (Row* const row : {&stored, &shown})
-        row->insert(row->end(),
-                    {of.key, text("%.3f", quantile(old.pooled(), of.probability)),
-                     text("%.3f", quantile(now.pooled(), of.probability)), text("%+.3f", change.value),
-                     interval_text("[%+.3f, %+.3f]", change.interval), to_string(verdict) + why});
+        row->insert(row->end(), {percentile, text("%.3f", quantile(old.pooled(), p)),
+                                 text("%.3f", quantile(now.pooled(), p)), text("%+.3f", change.value),
+                                 interval_text("[%+.3f, %+.3f]", change.interval), to_string(verdict) + why});
       all.stored.add_row(stored);
       all.shown.add_row(shown);
     }
