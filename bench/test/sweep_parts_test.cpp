@@ -230,7 +230,7 @@ TEST(CapacityTest, EveryRepetitionMeetsEveryRequirement) {
   results::ExecutorSummary good;
   good.chains.resize(2);
   good.chains[1].chain = "c";
-  good.each = {{0, 0, 0, 0, 0, {{5, 20, 40}, {5, 30, 50}}}, {1, 0, 0, 0, 0, {{5, 20, 40}, {5, 30, 50}}}};
+  good.each = {{{}, 0, 0, 0, {{5, 20, 40}, {5, 30, 50}}}, {{}, 1, 0, 0, {{5, 20, 40}, {5, 30, 50}}}};
   const std::vector<std::pair<void (*)(Each&), std::optional<std::string>>> cases = {
       {[](Each&) {}, std::nullopt},
       {[](Each& r) { r.skipped = 1; }, "0 timestamps skipped, 0 samples overwritten (1 of 2 repetitions)"},
