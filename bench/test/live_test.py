@@ -8,6 +8,7 @@ import os
 import random
 import signal
 import subprocess
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -62,8 +63,11 @@ class LiveTest(CommandTest):
         return process
 
     def received(self, listener: Any) -> Any:
-        out, _ = listener.communicate(timeout=90)
-        self.assertEqual(listener.returncode, 0)
+        killer = threading.Timer(90, listener.kill)
+        killer.start()
+        out = listener.stdout.read()  # communicate() would lose what a reader of lines has read ahead
+        killer.cancel()
+        self.assertEqual(listener.wait(), 0)
         return Received(out)
 
     def measure_live(self, *arguments: object) -> Any:
