@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "hotpath/core/csv.hpp"
+#include "hotpath/core/enum_text.hpp"
 #include "hotpath/core/golden_trace.hpp"
 #include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
@@ -57,7 +58,7 @@ std::vector<Duration> phases_of(const Graph& graph, const std::vector<PhaseRow>&
            "keep one (the other is in line " + std::to_string(previous->second) + ")");
     const std::optional<Duration> instant = parse_ms(ms);
     if (!instant || *instant < Duration::zero())
-      fail("the phase of timer " + name + " is `" + ms + "`",
+      fail(concat("the phase of timer ", name, " is `", ms, "`"),
            "give decimal milliseconds such as 4.2, not negative");
     first[id] = *instant + (created ? set[id].period : Duration::zero());
   }
